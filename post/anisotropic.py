@@ -1,16 +1,18 @@
-"""A rigid frictionless punch or sphere on an anisotropic elastic half-space, small strains (Vlassak and Nix, J. Mech. Phys. Solids 42
-(1994) 1223; Willis, ibid. 14 (1966) 163).
+"""A rigid frictionless punch or sphere on an anisotropic elastic half-space, small strains (Vlassak and Nix,
+J. Mech. Phys. Solids 42 (1994) 1223; Willis, ibid. 14 (1966) 163).
 
-A pressure of wave number k along a direction of the surface makes a displacement along the normal n of Z / k times it, with
+A pressure of wave number k along a direction of the surface makes a displacement along the normal n of Z / k
+times it, with
 
     Z = n . L^-1 . n,   L = 1/pi int_0^pi (Q - R T^-1 R^T) dt,   Q = C(a, a), R = C(a, b), T = C(b, b)
 
-where a and b are that direction and the normal, turned by t in their plane (Barnett and Lothe, Phys. Norv. 7 (1973) 13; of an isotropic
-body L_nn = E'/2). So a force at a point makes the displacement h/r, whose harmonics over the direction are those of Z over 2 pi, with
-alternating signs. A flat circular punch has then the stiffness 2 E' a with E' = 2 over the mean of Z. A sphere touches an ellipse.
+where a and b are that direction and the normal, turned by t in their plane (Barnett and Lothe, Phys. Norv. 7
+(1973) 13; of an isotropic body L_nn = E'/2). So a force at a point makes the displacement h/r, whose
+harmonics over the direction are those of Z over 2 pi, with alternating signs. A flat circular punch has then
+the stiffness 2 E' a with E' = 2 over the mean of Z. A sphere touches an ellipse.
 
-    anisotropic.py C11 C12 C44     the moduli of a cubic crystal, in its unit: of a punch and of a sphere on (100), (110), (111)
-"""
+    anisotropic.py C11 C12 C44     the moduli of a cubic crystal, in its unit: of a punch and of a sphere on
+(100), (110), (111)"""
 
 import math
 import sys
@@ -23,7 +25,9 @@ SURFACES = {"100": (0, 0, 1), "110": (0, 1, 1), "111": (1, 1, 1)}
 def cubic(c11, c12, c44):
     """Stiffness (3, 3, 3, 3) along the cube's axes."""
     d = np.eye(3)
-    c = c12 * np.einsum("ij,kl->ijkl", d, d) + c44 * (np.einsum("ik,jl->ijkl", d, d) + np.einsum("il,jk->ijkl", d, d))
+    c = c12 * np.einsum("ij,kl->ijkl", d, d) + c44 * (
+        np.einsum("ik,jl->ijkl", d, d) + np.einsum("il,jk->ijkl", d, d)
+    )
     for i in range(3):
         c[i, i, i, i] += c11 - c12 - 2 * c44
     return c
@@ -62,8 +66,8 @@ def punch_modulus(stiffness, normal):
 
 
 def sphere_modulus(stiffness, normal):
-    """E' of F = 4/3 E' sqrt(R) d^1.5. The pressure is a half ellipsoid over an ellipse of axes 1 and b along whose own directions the
-    surface curves alike."""
+    """E' of F = 4/3 E' sqrt(R) d^1.5. The pressure is a half ellipsoid over an ellipse of axes 1 and b along
+    whose own directions the surface curves alike."""
     h = point_response(stiffness, normal)
     angle = np.arange(len(h)) * math.pi / len(h)
     turn = 0.5 * np.angle(np.sum(h * np.exp(2j * angle)))  # the surface's own axes
@@ -86,9 +90,13 @@ def sphere_modulus(stiffness, normal):
 
 
 def waves(stiffness, along, normal):
-    """Stroh's six waves exp(i k (x + p y)), x along a direction of the surface and y along its normal: p, displacements and tractions
-    (over i k) across the surface, as columns. Those with a negative imaginary part of p die away below."""
-    q, r, t = (np.einsum("j,ijkl,l->ik", x, stiffness, y) for x, y in ((along, along), (along, normal), (normal, normal)))
+    """Stroh's six waves exp(i k (x + p y)), x along a direction of the surface and y along its normal: p,
+    displacements and tractions (over i k) across the surface, as columns. Those with a negative imaginary
+    part of p die away below."""
+    q, r, t = (
+        np.einsum("j,ijkl,l->ik", x, stiffness, y)
+        for x, y in ((along, along), (along, normal), (normal, normal))
+    )
     inverse = np.linalg.inv(t)
     upper = -inverse @ r.T
     p, both = np.linalg.eig(np.block([[upper, inverse], [r @ inverse @ r.T - q, upper.T]]))
@@ -96,9 +104,9 @@ def waves(stiffness, along, normal):
 
 
 def base_compliance(stiffness, normal, directions=12, steps=200, largest=25.0):
-    """How much less (over P/(E't), E' of a punch) the surface of a layer of thickness t that is bonded to a rigid base goes down far
-    away from a small contact: the sum over all waves of what the base takes off their displacement. Not for isotropic bodies, whose
-    waves coincide (base_compliance of layered.py)."""
+    """How much less (over P/(E't), E' of a punch) the surface of a layer of thickness t that is bonded to a
+    rigid base goes down far away from a small contact: the sum over all waves of what the base takes off
+    their displacement. Not for isotropic bodies, whose waves coincide (base_compliance of layered.py)."""
     first, second, n = frame(normal)
     place, weight = np.polynomial.legendre.leggauss(steps)
     place, weight = 0.5 * largest * (place + 1), 0.5 * largest * weight  # wave numbers times t
@@ -122,4 +130,6 @@ if __name__ == "__main__":
         sys.exit(__doc__)
     found = cubic(*map(float, sys.argv[1:]))
     for name, normal in SURFACES.items():
-        print(f"({name}) punch {punch_modulus(found, normal):.5g}, sphere {sphere_modulus(found, normal):.5g}")
+        print(
+            f"({name}) punch {punch_modulus(found, normal):.5g}, sphere {sphere_modulus(found, normal):.5g}"
+        )

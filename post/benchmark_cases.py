@@ -1,8 +1,8 @@
-"""The cases of the book of benchmarks: what each runs, what it is compared with, and what is to be said of it.
+"""The cases of the book of benchmarks: what each runs, what it is compared with, and what is to be said of
+it.
 
-A row is one problem on several grids. `Row.scene(grid)` is the text of its scene (None where nothing is run), `Row.measure(runs)`
-gives {name of a quantity: number}, and `Row.references` say what these should be.
-"""
+A row is one problem on several grids. `Row.scene(grid)` is the text of its scene (None where nothing is run),
+`Row.measure(runs)` gives {name of a quantity: number}, and `Row.references` say what these should be."""
 
 import math
 import tomllib
@@ -12,7 +12,19 @@ from pathlib import Path
 
 import anisotropic
 import benchmark_measures as measures
-from benchmark_scenes import Grid, Motion, density, elastic, finest, plane_modulus, poisson, power_law, scene, transits, young
+from benchmark_scenes import (
+    Grid,
+    Motion,
+    density,
+    elastic,
+    finest,
+    plane_modulus,
+    poisson,
+    power_law,
+    scene,
+    transits,
+    young,
+)
 from indentation import rounded_cone, rounded_cone_depth
 from layered import Layers, stiffening
 
@@ -23,7 +35,8 @@ out = "out/benchmarks"
 
 @dataclass
 class Reference:
-    """What a quantity should be. `absolute`: the tolerance is a difference, else a share. `source` is short, for the table."""
+    """What a quantity should be. `absolute`: the tolerance is a difference, else a share. `source` is short,
+    for the table."""
 
     name: str
     value: float
@@ -87,34 +100,36 @@ pyramid_grids = {
     "coarse": nests("coarse", 6, 3, 6, 12, 20, half=True),
     "fine": nests("fine", 10, 3, 10, 14, 24, half=True),
 }
-layer_grids = {"coarse": Grid("coarse", 10, 30, ((8, 8),), 8), "fine": Grid("fine", 8, 24, ((7, 8), (10, 10)), 12.8)}
+layer_grids = {
+    "coarse": Grid("coarse", 10, 30, ((8, 8),), 8),
+    "fine": Grid("fine", 8, 24, ((7, 8), (10, 10)), 12.8),
+}
 punch_grids = {
     "coarse": Grid("coarse", 15, 45, ((10, 10),), 12),
     "fine": Grid("fine", 12, 36, ((11, 12), (15, 15)), 19.2),
 }
-film_grids = {
-    "coarse": nests("coarse", 8, 3, 8, 20, 40),
-    "fine": nests("fine", 12, 3, 10, 30, 60),
-}
+film_grids = {"coarse": nests("coarse", 8, 3, 8, 20, 40), "fine": nests("fine", 12, 3, 10, 30, 60)}
 small_grids = {"coarse": nests("coarse", 5, 3, 5, 8, 16)}
 tenfold_grids = {"coarse": nests("coarse", 5, 3, 5, 8, 16, cell=10 * finest)}
 
 
 def one_per_cell(text):
-    """The edge of a punch stands nearest to where it should with one particle a cell (doc/user/accuracy.md)."""
+    """The edge of a punch stands nearest to where it should with one particle a cell
+    (doc/user/accuracy.md)."""
     return text.replace("particles_per_cell=8", "particles_per_cell=1")
 
 
 # ---- B1, B2, B12: elastic-plastic ----
 
-# E/Y above which a cone draws the particle at its tip out so far that domains which follow the material are split without end; under
+# E/Y above which a cone draws the particle at its tip out so far that domains which follow the material are
+# split without end; under
 # the edges of a pyramid they are at E/Y = 100
 far_from_elastic = 300.0
 
 
 def plastic(title, tool, ratio, exponent, radius_over_depth, way_back, cubes):
-    """A scene of a pointed tool that goes in until its contact has the grid's radius, and comes back by `way_back` of its depth.
-    `cubes`: particles stay such."""
+    """A scene of a pointed tool that goes in until its contact has the grid's radius, and comes back by
+    `way_back` of its depth. `cubes`: particles stay such."""
 
     def make(grid, directory):
         depth = grid.contact * grid.cell / radius_over_depth
@@ -156,7 +171,15 @@ def sharp_row(case, name, what, shape, tool, grids, ratio, exponent, curvature, 
         name,
         what,
         grids,
-        plastic(f"{shape}, E/Y = {ratio:g}, n = {exponent:g}", tool, ratio, exponent, radius, min(1.4 * way, 0.8), cubes),
+        plastic(
+            f"{shape}, E/Y = {ratio:g}, n = {exponent:g}",
+            tool,
+            ratio,
+            exponent,
+            radius,
+            min(1.4 * way, 0.8),
+            cubes,
+        ),
         lambda directory, grid: measures.sharp(directory, grid, young / ratio),
         sharp_numbers(shape, ratio, curvature, stiffness, work),
     )
@@ -168,11 +191,23 @@ def cone_rows():
     wanted += [(33.3333, 0.1), (50, 0.3), (180, 0.1), (333.333, 0.3), (700, 0.5)]
     rows = []
     for ratio, exponent in wanted:
-        line = next(r for r in references["cone"]["rows"] if abs(r[0] / ratio - 1) < 1e-3 and r[1] == exponent)
+        line = next(
+            r for r in references["cone"]["rows"] if abs(r[0] / ratio - 1) < 1e-3 and r[1] == exponent
+        )
         name = f"cone_{round(ratio)}_{round(10 * exponent)}"
         what = f"E/Y = {line[0]:.4g}, n = {exponent:g}"
         rows.append(
-            sharp_row("B1", name, what, "cone", "shape='cone', half_angle=70.3", sharp_grids, line[0], exponent, *line[2:])
+            sharp_row(
+                "B1",
+                name,
+                what,
+                "cone",
+                "shape='cone', half_angle=70.3",
+                sharp_grids,
+                line[0],
+                exponent,
+                *line[2:],
+            )
         )
     return rows
 
@@ -261,8 +296,8 @@ def elastic_scene(title, tool, depth, count, grid, directory, materials=None, bo
 
 
 def pyramid_row(kind, name, what, angle=None):
-    """An elastic pyramid, 'berkovich' (half model) or 'vickers' (quarter model): a blunt one of some half angle (degrees) beside the
-    exact load of small strains, or the real one beside others' finite elements."""
+    """An elastic pyramid, 'berkovich' (half model) or 'vickers' (quarter model): a blunt one of some half
+    angle (degrees) beside the exact load of small strains, or the real one beside others' finite elements."""
     table = references["elastic_pyramid"]
     first, *others = table[kind]
     real = first * (1 + sum(c * poisson ** (i + 1) for i, c in enumerate(others)))
@@ -272,7 +307,11 @@ def pyramid_row(kind, name, what, angle=None):
     quantity = "P/(E'h^2 tan)" if angle else "P/(E'h^2)"
     kept = f"half_angle={angle or usual:g}"
     shape = f"shape='berkovich', {kept}" if kind == "berkovich" else f"shape='pyramid', faces=4, {kept}"
-    grids = pyramid_grids if kind == "berkovich" else {key: replace(grid, half=False) for key, grid in pyramid_grids.items()}
+    grids = (
+        pyramid_grids
+        if kind == "berkovich"
+        else {key: replace(grid, half=False) for key, grid in pyramid_grids.items()}
+    )
 
     def depth(grid):  # the circle of equal area has the radius c h: S = 2 c E' h = 2 E' a
         return grid.contact * grid.cell / (real * slope / math.tan(math.radians(usual)))
@@ -283,13 +322,16 @@ def pyramid_row(kind, name, what, angle=None):
 
     def measure(directory, grid):
         load, _ = measures.load_of_half_space(directory, grid, depth(grid))
-        return {quantity: load / (plane_modulus * depth(grid) ** 2) / (slope if angle else 1)} | measures.kinetic(directory)
+        return {
+            quantity: load / (plane_modulus * depth(grid) ** 2) / (slope if angle else 1)
+        } | measures.kinetic(directory)
 
     return Row("B4", name, what, grids, make, measure, [Reference(quantity, exact if angle else real, 0.02)])
 
 
 def rounded_cone_row(name, shares):
-    """A blunt cone whose tip is a sphere that touches it; contact radii of these shares of the tangent circle's, rising."""
+    """A blunt cone whose tip is a sphere that touches it; contact radii of these shares of the tangent
+    circle's, rising."""
     angle = math.radians(85.0)
     names = [f"P/(E'R^2) at a/b = {s:g}" for s in shares]
 
@@ -304,12 +346,16 @@ def rounded_cone_row(name, shares):
     def measure(directory, grid):
         found = {}
         for name, share in zip(names, shares):
-            load, _ = measures.load_of_half_space(directory, grid, rounded_cone_depth(angle, share) * radius(grid))
+            load, _ = measures.load_of_half_space(
+                directory, grid, rounded_cone_depth(angle, share) * radius(grid)
+            )
             found[name] = load / (plane_modulus * radius(grid) ** 2)
         return found | measures.kinetic(directory)
 
     exact = rounded_cone(1.0, angle, 1.0)
-    numbers = [Reference(name, float(exact(rounded_cone_depth(angle, s))), 0.02) for name, s in zip(names, shares)]
+    numbers = [
+        Reference(name, float(exact(rounded_cone_depth(angle, s))), 0.02) for name, s in zip(names, shares)
+    ]
     return Row("B6", name, f"85 degrees, to a/b = {shares[-1]:g}", sphere_grids, make, measure, numbers)
 
 
@@ -328,7 +374,9 @@ def sneddon_row():
 
     def make(grid, directory):
         depth = 1.05 * sneddon(shares[-1])[0] * radius(grid)
-        return elastic_scene("sphere, elastic", f"shape='sphere', radius={radius(grid):.10g}", depth, 9, grid, directory)
+        return elastic_scene(
+            "sphere, elastic", f"shape='sphere', radius={radius(grid):.10g}", depth, 9, grid, directory
+        )
 
     def measure(directory, grid):
         found = {}
@@ -349,11 +397,16 @@ def sneddon_row():
 
 
 def crystal_row(surface):
-    """An elastic sphere on a surface of a copper crystal; the quarter or half of it that mirrors of the crystal leave."""
+    """An elastic sphere on a surface of a copper crystal; the quarter or half of it that mirrors of the
+    crystal leave."""
     known = references["copper"]
     stiffness = anisotropic.cubic(*(known[name] for name in ("c11", "c12", "c44")))
     exact = anisotropic.sphere_modulus(stiffness, anisotropic.SURFACES[surface]) / 1e9
-    grids = pyramid_grids if surface == "111" else {key: replace(grid, half=False) for key, grid in pyramid_grids.items()}
+    grids = (
+        pyramid_grids
+        if surface == "111"
+        else {key: replace(grid, half=False) for key, grid in pyramid_grids.items()}
+    )
     axes = {"100": "0,0,0", "110": "0,45,0", "111": "90,54.7356103172453,45"}[surface]
     share = 0.15
     wave = known["c11"] * (1 + poisson) * (1 - 2 * poisson) / (1 - poisson)
@@ -365,18 +418,35 @@ def crystal_row(surface):
         return share**2 * radius(grid)
 
     def make(grid, directory):
-        material = f"&material name='copper', model='cubic', density={density:g}, " + ", ".join(
-            f"{name}={known[name]:g}" for name in ("c11", "c12", "c44")) + " /"
+        material = (
+            f"&material name='copper', model='cubic', density={density:g}, "
+            + ", ".join(f"{name}={known[name]:g}" for name in ("c11", "c12", "c44"))
+            + " /"
+        )
         body = grid.box("copper").replace(" /", f", orientation={axes} /")
         shape = f"shape='sphere', radius={radius(grid):.10g}"
-        return elastic_scene(f"sphere on ({surface}) of copper, elastic", shape, 1.1 * depth(grid), 14, grid, directory, [material], [body], wave)
+        return elastic_scene(
+            f"sphere on ({surface}) of copper, elastic",
+            shape,
+            1.1 * depth(grid),
+            14,
+            grid,
+            directory,
+            [material],
+            [body],
+            wave,
+        )
 
     def measure(directory, grid):
         base = anisotropic.base_compliance(stiffness, anisotropic.SURFACES[surface])
         load, _ = measures.load_of_half_space(directory, grid, depth(grid), exact * 1e9, base)
-        return {"E' [GPa]": load / (4 / 3 * math.sqrt(radius(grid)) * depth(grid) ** 1.5) / 1e9} | measures.kinetic(directory)
+        return {
+            "E' [GPa]": load / (4 / 3 * math.sqrt(radius(grid)) * depth(grid) ** 1.5) / 1e9
+        } | measures.kinetic(directory)
 
-    return Row("B14", f"copper_{surface}", f"({surface})", grids, make, measure, [Reference("E' [GPa]", exact, 0.03)])
+    return Row(
+        "B14", f"copper_{surface}", f"({surface})", grids, make, measure, [Reference("E' [GPa]", exact, 0.03)]
+    )
 
 
 sphere_over_layer = 5.0  # radius of the sphere over the layer's thickness
@@ -393,16 +463,21 @@ def layer_rows():
     def make_punch(grid, directory):
         radius = 0.4 * grid.thickness
         text = elastic_scene(
-            "punch on a layer", f"shape='flat', radius={radius:.10g}", punch_depth * radius, 20, grid, directory
+            "punch on a layer",
+            f"shape='flat', radius={radius:.10g}",
+            punch_depth * radius,
+            20,
+            grid,
+            directory,
         )
         return one_per_cell(text)
 
     def measure_punch(directory, grid):
         radius = 0.4 * grid.thickness
         load, _ = measures.load_at(directory, 0.95 * punch_depth * radius)
-        return {"P/(2aE'd) at a/t = 0.4": load / (2 * radius * plane_modulus * 0.95 * punch_depth * radius)} | measures.kinetic(
-            directory
-        )
+        return {
+            "P/(2aE'd) at a/t = 0.4": load / (2 * radius * plane_modulus * 0.95 * punch_depth * radius)
+        } | measures.kinetic(directory)
 
     def make_sphere(grid, directory):
         depth = 0.3568**2 * grid.thickness / sphere_over_layer
@@ -416,23 +491,37 @@ def layer_rows():
         for chi in (0.1884, 0.3568):
             depth = chi**2 * grid.thickness**2 / radius
             load, _ = measures.load_at(directory, depth)
-            found[f"F/F_Hertz at sqrt(Rd)/t = {chi:g}"] = load / (4 / 3 * plane_modulus * math.sqrt(radius) * depth**1.5)
+            found[f"F/F_Hertz at sqrt(Rd)/t = {chi:g}"] = load / (
+                4 / 3 * plane_modulus * math.sqrt(radius) * depth**1.5
+            )
         return found | measures.kinetic(directory)
 
     def make_cone(grid, directory):
         depth = 0.5316 * grid.thickness / slope
-        return elastic_scene("cone on a layer", f"shape='cone', half_angle={cone_angle:g}", 1.05 * depth, 20, grid, directory)
+        return elastic_scene(
+            "cone on a layer", f"shape='cone', half_angle={cone_angle:g}", 1.05 * depth, 20, grid, directory
+        )
 
     def measure_cone(directory, grid):
         found = {}
         for share in (0.2876, 0.5316):
             depth = share * grid.thickness / slope
             load, _ = measures.load_at(directory, depth)
-            found[f"F/F_Love at d tan/t = {share:g}"] = load / (2 / math.pi * plane_modulus * slope * depth**2)
+            found[f"F/F_Love at d tan/t = {share:g}"] = load / (
+                2 / math.pi * plane_modulus * slope * depth**2
+            )
         return found | measures.kinetic(directory)
 
     return [
-        Row("B7", "layer_punch", "punch", punch_grids, make_punch, measure_punch, [Reference("P/(2aE'd) at a/t = 0.4", punch[0.4], 0.02)]),
+        Row(
+            "B7",
+            "layer_punch",
+            "punch",
+            punch_grids,
+            make_punch,
+            measure_punch,
+            [Reference("P/(2aE'd) at a/t = 0.4", punch[0.4], 0.02)],
+        ),
         Row(
             "B7",
             "layer_sphere",
@@ -500,7 +589,8 @@ def film_rows():
             return one_per_cell(text) if shape == "flat" else text
 
         def depth_of_sphere(grid):
-            """Depth and load (over the film's plane modulus) where the contact on the block has the radius of the table."""
+            """Depth and load (over the film's plane modulus) where the contact on the block has the radius of
+            the table."""
             load, depth = layers_of(ratio, base_of(grid)).press(share, "sphere")
             t, over = thickness(grid), 2 * sphere_over_layer
             return depth / over * t, load / over * t * t
@@ -519,7 +609,10 @@ def film_rows():
                 raw = load / (4 / 3 * plane_modulus * math.sqrt(sphere_over_layer * t) * depth**1.5)
                 exact = stiffening(block, share, "sphere")
             on_endless = stiffening(endless, share, shape)
-            return {label: raw * on_endless / exact, "base's share": exact / on_endless - 1} | measures.kinetic(directory)
+            return {
+                label: raw * on_endless / exact,
+                "base's share": exact / on_endless - 1,
+            } | measures.kinetic(directory)
 
         return Row(
             "B8",
@@ -545,7 +638,8 @@ def impact_row():
 
     @lru_cache(maxsize=None)
     def problem(grid):
-        """Radius of the sphere (m), depth (m), loads (N) over it up to a/t = 0.4, mass (kg), speed (m/s), time of contact (s)."""
+        """Radius of the sphere (m), depth (m), loads (N) over it up to a/t = 0.4, mass (kg), speed (m/s),
+        time of contact (s)."""
         t, radius = grid.thickness, sphere_over_layer * grid.thickness
         layers = layers_of()
         pairs = [layers.press(0.4 * (i / 24), "sphere") for i in range(1, 31)]
@@ -602,13 +696,24 @@ def size_rows():
     line = next(r for r in references["cone"]["rows"] if r[0] == 100.0 and r[1] == 0.0)
     common = ("cone", "shape='cone', half_angle=70.3")
     one = sharp_row("Size", "size_1", "cells of 100 nm", *common, small_grids, line[0], 0.0, *line[2:])
-    ten = sharp_row("Size", "size_10", "ten times as large: over the small one's", *common, tenfold_grids, line[0], 0.0, *line[2:])
+    ten = sharp_row(
+        "Size",
+        "size_10",
+        "ten times as large: over the small one's",
+        *common,
+        tenfold_grids,
+        line[0],
+        0.0,
+        *line[2:],
+    )
     one.references, names = [], [r.name for r in ten.references]
     ten.references = [Reference(name, 1.0, 1e-3) for name in names]
 
     def compare(directory, grid):
         large = measures.sharp(directory, grid, young / line[0])
-        small = measures.sharp(Path(directory).parent / one.key(grid.name), small_grids[grid.name], young / line[0])
+        small = measures.sharp(
+            Path(directory).parent / one.key(grid.name), small_grids[grid.name], young / line[0]
+        )
         return {name: large[name] / small[name] for name in names} | {"kinetic": large["kinetic"]}
 
     ten.measure, ten.of = compare, (one,)
@@ -653,21 +758,30 @@ def error_rows(cones):
 
 def cases():
     cones = cone_rows()
-    lulu = "Lu, Dao, Kumar, Ramamurty, Karniadakis, Suresh, PNAS 117 (2020) 7052, data/FEM_70deg.csv; finite elements"
+    lulu = (
+        "Lu, Dao, Kumar, Ramamurty, Karniadakis, Suresh, PNAS 117 (2020) 7052, data/FEM_70deg.csv; "
+        "finite elements"
+    )
     layer = "exact integral equation ([post/layered.py](../../post/layered.py))"
     nested = "Block bonded to a rigid base, its sides 1.6 to 2 of its heights away, nested levels"
     return [
         Case(
             "B1",
             "Cone in metal that hardens",
-            lulu + ", whose stiffness goes in steps of 3 %. Areas from S = 1.1957 E' sqrt(A) (Dao et al. 2001)",
-            "Rigid cone of 70.3 degrees, frictionless, Poisson's ratio 0.3, Y (1 + E e/Y)^n as a table; in, held, drawn back. " + nested
-            + "; depth and stiffness without what the base takes, q P/(E' t)",
-            "Work that contact loses on the way (the error of the energy balance) counts as plastic: Wp/Wt comes out high where little is "
-            "given back. The softer the metal is beside its modulus, the more the particles at the tip are drawn out: at E/Y above 300 "
-            "domains that follow the material are split without end there, and the run ends, so that these rows have "
-            "`domain='fixed'`, and a load that is too low. The area of the profile is that of an edge within a cell; where particles stay cubes "
-            "their faces are not the surface, and it is of no use. The finite elements' own steps bound what can be said of the stiffness.",
+            lulu
+            + ", whose stiffness goes in steps of 3 %. Areas from S = 1.1957 E' sqrt(A) (Dao et al. 2001)",
+            "Rigid cone of 70.3 degrees, frictionless, Poisson's ratio 0.3, Y (1 + E e/Y)^n as a table; in, "
+            "held, drawn back. " + nested + "; depth and stiffness without what the base takes, q P/(E' t)",
+            "Work that contact loses on the way (the error of the energy balance) counts as plastic: Wp/Wt "
+            "comes out high where little is "
+            "given back. The softer the metal is beside its modulus, the more the particles at the tip are "
+            "drawn out: at E/Y above 300 "
+            "domains that follow the material are split without end there, and the run ends, so that these "
+            "rows have "
+            "`domain='fixed'`, and a load that is too low. The area of the profile is that of an edge within "
+            "a cell; where particles stay cubes "
+            "their faces are not the surface, and it is of no use. The finite elements' own steps bound what "
+            "can be said of the stiffness.",
             cones,
         ),
         Case(
@@ -675,18 +789,22 @@ def cases():
             "Berkovich in metal that hardens",
             lulu.replace("FEM_70deg", "Berkovich") + ", three-dimensional",
             "As B1 with a pyramid of 65.3 degrees, half model",
-            "As B1. The three edges of the pyramid are sharp, and the grid rounds them. Under them particles are drawn out as under the tip of a "
-            "cone in soft metal, and all rows have `domain='fixed'`.",
+            "As B1. The three edges of the pyramid are sharp, and the grid rounds them. Under them particles "
+            "are drawn out as under the tip of a cone in soft metal, and all rows have `domain='fixed'`.",
             berkovich_rows(),
         ),
         Case(
             "B4",
             "Berkovich and Vickers, elastic",
-            "blunt: Boussinesq's integral, small strains ([post/half_space.py](../../post/half_space.py)); real half angles: Larsson et al., "
-            "Int. J. Solids Struct. 33 (1996) 221, and Giannakopoulos et al., ibid. 31 (1994) 2679, finite elements, as in NIMS's models",
-            nested + ", half model, of Vickers' a quarter. For small strains the load goes with the tangent of the angle between axis and "
-            "face. The real ones lie above that, as their surface moves sideways too (a cone by 6.7 %, Hay et al. 1999); the finite elements "
-            "by 5.7 and 5.6 %",
+            "blunt: Boussinesq's integral, small strains ([post/half_space.py](../../post/half_space.py)); "
+            "real half angles: Larsson et al., "
+            "Int. J. Solids Struct. 33 (1996) 221, and Giannakopoulos et al., ibid. 31 (1994) 2679, finite "
+            "elements, as in NIMS's models",
+            nested
+            + ", half model, of Vickers' a quarter. For small strains the load goes with the tangent of the "
+            "angle between axis and "
+            "face. The real ones lie above that, as their surface moves sideways too (a cone by 6.7 %, Hay "
+            "et al. 1999); the finite elements by 5.7 and 5.6 %",
             "Cells to the radius of the contact, whose corners are narrower than cells.",
             [
                 pyramid_row("berkovich", "pyramid_85", "three faces, 85 degrees", 85.0),
@@ -707,33 +825,44 @@ def cases():
             "B6",
             "Rounded cone, elastic",
             "Briscoe, Sebastian, Adams, J. Phys. D 27 (1994) 1156: exact for small strains",
-            nested + "; a blunt cone, b the radius of the circle where its sphere goes over into it; loads at the depth of a half-space",
+            nested
+            + "; a blunt cone, b the radius of the circle where its sphere goes over into it; loads at the "
+            "depth of a half-space",
             "As B5.",
-            [rounded_cone_row("rounded_cone", (1.0, 1.5, 2.0)), rounded_cone_row("rounded_cone_5", (3.0, 5.0))],
+            [
+                rounded_cone_row("rounded_cone", (1.0, 1.5, 2.0)),
+                rounded_cone_row("rounded_cone_5", (3.0, 5.0)),
+            ],
         ),
         Case(
             "B7",
             "Layer bonded to a rigid base",
             layer,
-            "The block is the layer, and its sides are three thicknesses away; frictionless tool, Poisson's ratio 0.3. The punch on "
+            "The block is the layer, and its sides are three thicknesses away; frictionless tool, Poisson's "
+            "ratio 0.3. The punch on "
             "one particle a cell ([accuracy](accuracy.md#indentation-compared-with-finite-elements))",
-            "Punch: its edge is singular, and stands within a cell. Sphere and cone: cells to the radius of the contact where it is small; the "
-            "per cent that is left at the end is the same on both grids, so that it is not these, and what it is has not been found.",
+            "Punch: its edge is singular, and stands within a cell. Sphere and cone: cells to the radius of "
+            "the contact where it is small; the "
+            "per cent that is left at the end is the same on both grids, so that it is not these, and what "
+            "it is has not been found.",
             layer_rows(),
         ),
         Case(
             "B8",
             "Film on a substrate",
             layer,
-            "Two bodies that touch, and so share one velocity field: bonded. a/t = 0.5. Our substrate is nine films deep, on a rigid "
-            "base; numbers are divided by what the same equation says of that depth, over that of a half-space",
+            "Two bodies that touch, and so share one velocity field: bonded. a/t = 0.5. Our substrate is "
+            "nine films deep, on a rigid "
+            "base; numbers are divided by what the same equation says of that depth, over that of a "
+            "half-space",
             "As B7; and the interface lies between particles, within one cell.",
             film_rows(),
         ),
         Case(
             "B10",
             "The analysis itself",
-            "Numbers of an instrument ([test/references/oliver_pharr.toml](../../test/references/oliver_pharr.toml))",
+            "Numbers of an instrument "
+            "([test/references/oliver_pharr.toml](../../test/references/oliver_pharr.toml))",
             "No run: `post/oliver_pharr.py` with the instrument's coefficients",
             "None: the digits that the instrument prints.",
             analysis_rows(),
@@ -741,17 +870,20 @@ def cases():
         Case(
             "B11",
             "Oliver and Pharr's own error",
-            "The table of B1 with the ideal area function: what the analysis makes of exact curves. Bolshakov, Pharr, J. Mater. Res. 13 "
-            "(1998) 1049",
-            "The runs of B1. Hardness and modulus by the area of Oliver and Pharr, over those by the recovered area",
-            "This is no error of the program but that of the analysis: the surface piles up, and the ideal area function does not know. It comes "
+            "The table of B1 with the ideal area function: what the analysis makes of exact curves. "
+            "Bolshakov, Pharr, J. Mater. Res. 13 (1998) 1049",
+            "The runs of B1. Hardness and modulus by the area of Oliver and Pharr, over those by the "
+            "recovered area",
+            "This is no error of the program but that of the analysis: the surface piles up, and the ideal "
+            "area function does not know. It comes "
             "out too small where our pile-up, and with it the area, is smaller than the table's (B1).",
             error_rows(cones),
         ),
         Case(
             "B12",
             "Sphere in metal",
-            "Cao, Lu, Acta Mater. 52 (2004) 4023: a fit to finite elements, as others coded it; not checked against the paper",
+            "Cao, Lu, Acta Mater. 52 (2004) 4023: a fit to finite elements, as others coded it; not checked "
+            "against the paper",
             nested + "; perfectly plastic, E*/Y = 100",
             "The fit's own error is not known.",
             [sphere_plastic_row()],
@@ -759,11 +891,14 @@ def cases():
         Case(
             "B14",
             "Sphere on a crystal, elastic",
-            "exact integral of Barnett and Lothe, and the ellipse of contact ([post/anisotropic.py](../../post/anisotropic.py)), after "
+            "exact integral of Barnett and Lothe, and the ellipse of contact "
+            "([post/anisotropic.py](../../post/anisotropic.py)), after "
             "Vlassak and Nix, J. Mech. Phys. Solids 42 (1994) 1223",
-            nested + ", a quarter or (111) half model; copper of c11, c12, c44 = 170, 124, 75 GPa as `cubic`; to a/R = 0.15",
-            "Cells to the radius of the contact, as B5. What the base takes is that of a layer of the crystal, exact for a small contact: "
-            "q = 0.411, 0.543, 0.590 on (100), (110), (111).",
+            nested
+            + ", a quarter or (111) half model; copper of c11, c12, c44 = 170, 124, 75 GPa as `cubic`; to "
+            "a/R = 0.15",
+            "Cells to the radius of the contact, as B5. What the base takes is that of a layer of the "
+            "crystal, exact for a small contact: q = 0.411, 0.543, 0.590 on (100), (110), (111).",
             [crystal_row(surface) for surface in anisotropic.SURFACES],
         ),
         Case(
@@ -786,7 +921,11 @@ def cases():
 
 
 not_yet = [
-    ("B3", "experiments in aluminium: a row like those of B1, whose references carry the diamond's give; not made yet"),
+    (
+        "B3",
+        "experiments in aluminium: a row like those of B1, whose references carry the diamond's give; not "
+        "made yet",
+    ),
     ("B9", "no adhesion"),
     ("B13", "not a case of the book yet; the sphere of Lee and Radok is `verification/lee_radok_long`"),
     ("B14, plastic", "not a case of the book yet; pile-up of crystals is `indentation/crystal_long`"),

@@ -55,8 +55,8 @@ def load_at(directory, depth):
 
 
 def load_of_half_space(directory, grid, depth, modulus=plane_modulus, share=None):
-    """The same of a half-space: what the rigid base takes off the depth is added, of a block of this plane modulus (Pa); `share` is its
-    base_compliance."""
+    """The same of a half-space: what the rigid base takes off the depth is added, of a block of this plane
+    modulus (Pa); `share` is its base_compliance."""
     _, record = record_of(str(directory))
     added = (share or base_share()) * record.load / (modulus * grid.thickness)
     return smooth_load(record.depth + added, record.load, depth)
@@ -68,7 +68,11 @@ def kinetic(directory):
     end = int(np.argmax(record.depth))
     half = int(np.argmax(record.depth >= 0.5 * record.depth[end]))
     energy = History(run.directory / "energy.dat")
-    used = (energy["time"] >= record.time[half]) & (energy["time"] <= record.time[end]) & (energy["external_work"] > 0)
+    used = (
+        (energy["time"] >= record.time[half])
+        & (energy["time"] <= record.time[end])
+        & (energy["external_work"] > 0)
+    )
     return {"kinetic": float(np.max(energy["kinetic"][used] / energy["external_work"][used]))}
 
 
@@ -115,7 +119,8 @@ def sharp(directory, grid, yield_stress):
 
 
 def error_of_oliver_pharr(directory):
-    """How much too high hardness and modulus come out by the area of Oliver and Pharr, beside those by the recovered area."""
+    """How much too high hardness and modulus come out by the area of Oliver and Pharr, beside those by the
+    recovered area."""
     answer = analysed(str(directory))
     true, taken = answer.get("area_true"), answer.get("area_oliver_pharr")
     if not true or not taken:
@@ -131,8 +136,8 @@ def error_of_oliver_pharr(directory):
 
 
 def collision(depths, loads, turn, time):
-    """Mass (kg) and speed (m/s) of a body that turns at depths[turn] after half of `time` (s), and that depth (m), load (N), time:
-    m v dv = -F dh, so t = 2 int dh / sqrt(v^2 - 2 W(h)/m)."""
+    """Mass (kg) and speed (m/s) of a body that turns at depths[turn] after half of `time` (s), and that depth
+    (m), load (N), time: m v dv = -F dh, so t = 2 int dh / sqrt(v^2 - 2 W(h)/m)."""
     from scipy.interpolate import PchipInterpolator
     from scipy.integrate import quad
 
@@ -145,14 +150,20 @@ def collision(depths, loads, turn, time):
     work = np.r_[0, np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(grid))]
     left = PchipInterpolator(grid, 1 - work / work[-1])
     # h = top (1 - s^2): the root at the turning point goes away
-    whole = 2 * quad(lambda s: 2 * top * s / math.sqrt(max(float(left(top * (1 - s * s))), 1e-300)), 1e-6, 1, limit=200)[0]
+    whole = (
+        2
+        * quad(
+            lambda s: 2 * top * s / math.sqrt(max(float(left(top * (1 - s * s))), 1e-300)), 1e-6, 1, limit=200
+        )[0]
+    )
     speed = whole / time
     mass = 2 * float(work[-1]) / speed**2
     return mass, speed, top, float(loads[turn]), time
 
 
 def struck(directory):
-    """Of a tool that was thrown back: largest depth (m), largest load (N), time of contact (s), speed at the end (m/s)."""
+    """Of a tool that was thrown back: largest depth (m), largest load (N), time of contact (s), speed at the
+    end (m/s)."""
     _, record = record_of(str(directory))
     touching = np.flatnonzero(record.load > 0)
     if touching[-1] == record.load.size - 1:
@@ -179,7 +190,9 @@ def instrument(root, name):
     area = oliver_pharr.fitted_area(case["coefficients"])(
         oliver_pharr.contact_depth(case["depth"], case["load"], case["stiffness"], 0.75)
     )
-    young = oliver_pharr.young_modulus(oliver_pharr.reduced_modulus(case["stiffness"], area), case["poisson"], 1141e9, 0.07)
+    young = oliver_pharr.young_modulus(
+        oliver_pharr.reduced_modulus(case["stiffness"], area), case["poisson"], 1141e9, 0.07
+    )
     return {"H [GPa]": 1e-9 * case["load"] / area, "E [GPa]": 1e-9 * young}
 
 

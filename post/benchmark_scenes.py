@@ -1,9 +1,8 @@
 """Scenes of the book of benchmarks (doc/user/benchmarks.md), made of numbers.
 
-All have one form of body: a block that is bonded to a rigid base, on nested levels whose finest cells lie under the tool. The exact
-solution of the layer (post/layered.py) is that of such a block, so what the base adds to stiffness is known. Lengths in the text
-are whole numbers of the finest cell.
-"""
+All have one form of body: a block that is bonded to a rigid base, on nested levels whose finest cells lie
+under the tool. The exact solution of the layer (post/layered.py) is that of such a block, so what the base
+adds to stiffness is known. Lengths in the text are whole numbers of the finest cell."""
 
 import math
 from dataclasses import dataclass
@@ -24,8 +23,9 @@ def words(values):
 
 @dataclass(frozen=True)
 class Grid:
-    """Nested levels. `height` and `width` of the block are in cells of the coarsest grid; `boxes` has for each level how far it
-    reaches from the axis and down from the surface, in cells of the grid that it refines."""
+    """Nested levels. `height` and `width` of the block are in cells of the coarsest grid; `boxes` has for
+    each level how far it reaches from the axis and down from the surface, in cells of the grid that it
+    refines."""
 
     name: str
     height: int
@@ -49,7 +49,8 @@ class Grid:
         left = -(self.width + 1) * big if self.half else 0.0
         sides = "'free','free'" if self.half else "'symmetry','free'"
         lines = [
-            f"&grid     lower={words((left, 0, 0))}, upper={words(((self.width + 1) * big, (self.width + 1) * big, top + 2 * big))}, "
+            f"&grid     lower={words((left, 0, 0))}, "
+            f"upper={words(((self.width + 1) * big, (self.width + 1) * big, top + 2 * big))}, "
             f"cell_size={big:.10g},\n          boundary={sides},'symmetry','free','fixed','free' /"
         ]
         for number, (width, depth) in enumerate(self.boxes):
@@ -64,21 +65,26 @@ class Grid:
     def box(self, material, lower=0.0, upper=None):
         wide = self.width * self.coarsest
         return (
-            f"&body     material='{material}', shape='box', lower={words((-wide if self.half else 0.0, 0, lower))}, "
+            f"&body     material='{material}', shape='box', "
+            f"lower={words((-wide if self.half else 0.0, 0, lower))}, "
             f"upper={words((wide, wide, self.thickness if upper is None else upper))}, particles_per_cell=8 /"
         )
 
 
 def elastic(name="elastic", modulus=young):
-    return f"&material name='{name}', model='elastic', density={density:g}, young={modulus:.10g}, poisson={poisson:g} /"
+    law = f"name='{name}', model='elastic', density={density:g}, young={modulus:.10g}, poisson={poisson:g}"
+    return f"&material {law} /"
 
 
 table_points = 60
 
 
 def power_law(yield_stress, exponent, name="metal"):
-    """J2 with sigma = Y (1 + E e/Y)^n: a table whose strains rise from a tenth of the yield strain to 10, in a fixed ratio."""
-    text = f"&material name='{name}', model='j2', density={density:g}, young={young:.10g}, poisson={poisson:g}, "
+    """J2 with sigma = Y (1 + E e/Y)^n: a table whose strains rise from a tenth of the yield strain to 10, in
+    a fixed ratio."""
+    text = (
+        f"&material name='{name}', model='j2', density={density:g}, young={young:.10g}, poisson={poisson:g}, "
+    )
     if exponent == 0:
         return text + f"yield_stress={yield_stress:.10g} /"
     first = 0.1 * yield_stress / young
@@ -97,7 +103,8 @@ def power_law(yield_stress, exponent, name="metal"):
 
 @dataclass
 class Motion:
-    """Speeds of a tool. It speeds up, goes on, slows down and stands if it comes back; its depth is exact by construction."""
+    """Speeds of a tool. It speeds up, goes on, slows down and stands if it comes back; its depth is exact by
+    construction."""
 
     depth: float
     time: float  # s, until the largest depth
@@ -130,9 +137,11 @@ class Motion:
         return (1 + self.hold) * self.time / 2
 
 
-def scene(title, comment, grid, materials, bodies, tool, motion, directory, effects=(), formats=None, pushed=None):
-    """The text of a scene. `tool` is its shape and numbers; `pushed` has, in place of the motion, mass (kg, of the whole tool), speed
-    (m/s) and end (s)."""
+def scene(
+    title, comment, grid, materials, bodies, tool, motion, directory, effects=(), formats=None, pushed=None
+):
+    """The text of a scene. `tool` is its shape and numbers; `pushed` has, in place of the motion, mass (kg,
+    of the whole tool), speed (m/s) and end (s)."""
     lines = [f"! {line}" for line in comment]
     share = 0.5 if grid.half else 0.25
     if pushed:
@@ -145,7 +154,10 @@ def scene(title, comment, grid, materials, bodies, tool, motion, directory, effe
     lines += grid.groups() + list(materials) + list(bodies)
     lines.append(f"&tool     name='tool', {tool}, tip=0,0,{grid.thickness:.10g},\n          {moved} /")
     lines += list(effects)
-    lines.append(f"&output   directory='{directory}', every={every:.10g}{f', formats={formats!r}' if formats else ''} /")
+    lines.append(
+        f"&output   directory='{directory}', every={every:.10g}{f', formats={formats!r}' if formats else ''} "
+        "/"
+    )
     return "\n".join(lines) + "\n"
 
 

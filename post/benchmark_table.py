@@ -21,13 +21,17 @@ def between(text):
 
 def filled(text, book):
     before, after = between(text)
-    return f"{before}\n\n{summary(book)}\n{''.join(section(book, case) for case in book.cases)}{not_yet()}\n{after}"
+    sections = "".join(section(book, case) for case in book.cases)
+    return f"{before}\n\n{summary(book)}\n{sections}{not_yet()}\n{after}"
 
 
 def wrapped(text):
     """Lines of a paragraph or of an item of a list."""
     indent = "  " if text.startswith("- ") else ""
-    return textwrap.fill(text, columns, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False) + "\n"
+    return (
+        textwrap.fill(text, columns, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+        + "\n"
+    )
 
 
 def number(value):
@@ -68,7 +72,10 @@ def finest_of(book, row):
 
 def summary(book):
     """A line for each case: how much was run, what is within its bounds."""
-    rows = ["| case | | rows run | within bounds, on the finest grid run | largest error there |", "|---|---|---|---|---|"]
+    rows = [
+        "| case | | rows run | within bounds, on the finest grid run | largest error there |",
+        "|---|---|---|---|---|",
+    ]
     for case in book.cases:
         compared = [row for row in case.rows if row.references]
         ran = [(row, finest_of(book, row)) for row in compared]
@@ -84,7 +91,11 @@ def summary(book):
                 inside, outside = inside + (off <= reference.tolerance), outside + (off > reference.tolerance)
                 if worst is None or off / reference.tolerance > worst[0]:
                     worst = off / reference.tolerance, reference, row, found[reference.name]
-        said = f"{shown(worst[1], worst[3])} ({worst[1].name}, {worst[2].what}; wanted {bound(worst[1])})" if worst else "-"
+        said = (
+            f"{shown(worst[1], worst[3])} ({worst[1].name}, {worst[2].what}; wanted {bound(worst[1])})"
+            if worst
+            else "-"
+        )
         anchor = heading(case).lower()
         anchor = "".join(c for c in anchor if c.isalnum() or c in "-_ ").replace(" ", "-")
         rows.append(
@@ -120,7 +131,9 @@ def section(book, case):
         if entry.get("fault"):
             if row.key(grid) not in early:
                 early.append(row.key(grid))
-                notes.append(wrapped(f"- {row.what}, {grid} grid, has no numbers: {entry['fault']}. (`{row.name}`)"))
+                notes.append(
+                    wrapped(f"- {row.what}, {grid} grid, has no numbers: {entry['fault']}. (`{row.name}`)")
+                )
             continue
         found = entry.get("found") or {}
         value = found.get(reference.name)
@@ -134,7 +147,10 @@ def section(book, case):
             cells += [number(value), shown(reference, value), bound(reference)]
         if runs:
             kinetic = found.get("kinetic")
-            cells += [f"{100 * kinetic:.2g}" if kinetic is not None else "-", f"{entry['seconds']:.0f}, {entry['ranks']}"]
+            cells += [
+                f"{100 * kinetic:.2g}" if kinetic is not None else "-",
+                f"{entry['seconds']:.0f}, {entry['ranks']}",
+            ]
         table.append(f"| {' | '.join(cells)} |")
     if len(table) > 2:
         text.append("\n".join(table) + "\n")
@@ -142,7 +158,11 @@ def section(book, case):
     for grid in ("coarse", "fine"):
         those = [name for name in names if f"{name}_{grid}" in missing]
         if those:
-            notes.append(wrapped(f'- Not run on the {grid} grid: `make benchmarks CASES="{" ".join(those)}" GRIDS={grid}`'))
+            notes.append(
+                wrapped(
+                    f'- Not run on the {grid} grid: `make benchmarks CASES="{" ".join(those)}" GRIDS={grid}`'
+                )
+            )
     if notes:
         text.append(("\n" if len(table) > 2 else "") + "".join(notes))
     return "".join(text)

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""The book of benchmarks: runs what has not been run, measures, and writes the tables of doc/user/benchmarks.md.
+"""The book of benchmarks: runs what has not been run, measures, and writes the tables of
+doc/user/benchmarks.md.
 
    benchmarks.py [options] [CASE ...]     cases (B1 B7) or rows of them (cone_100_0); all without
 
@@ -10,10 +11,10 @@
    --document PATH   doc/user/benchmarks.md
    --list            the rows, and for each grid whether it has been run
 
-Runs are kept in out/benchmarks/ROW_GRID and taken again while scene and program are the same. What was measured stands in
-benchmarks.json beside the document: tables are written from it, so that some cases can be run anew and the others stay. A row whose
-scene has changed since counts as not run. Exit status 1 where a run ended early, 2 where a name is not known.
-"""
+Runs are kept in out/benchmarks/ROW_GRID and taken again while scene and program are the same. What was
+measured stands in benchmarks.json beside the document: tables are written from it, so that some cases can be
+run anew and the others stay. A row whose scene has changed since counts as not run. Exit status 1 where a run
+ended early, 2 where a name is not known."""
 
 import argparse
 import hashlib
@@ -65,7 +66,10 @@ class Book:
             elif name in self.rows:
                 rows.append(self.rows[name])
             else:
-                raise Trouble(f"{name}: no such case; there are {', '.join(c.name for c in self.cases)}, and rows of --list")
+                raise Trouble(
+                    f"{name}: no such case; there are {', '.join(c.name for c in self.cases)}, and rows of "
+                    "--list"
+                )
         return rows
 
     def ran(self, row, grid):
@@ -75,7 +79,9 @@ class Book:
             record = json.loads(file.read_text())
         except (OSError, ValueError):
             return None
-        same = record["scene"] == digest(row.scene(grid)) and (self.options.no_run or record["program"] == self.program)
+        same = record["scene"] == digest(row.scene(grid)) and (
+            self.options.no_run or record["program"] == self.program
+        )
         return record if same else None
 
     def run(self, row, grid):
@@ -87,7 +93,10 @@ class Book:
         (directory / "scene.nml").write_text(text)
         start = time.monotonic()
         done = subprocess.run(
-            ["mpirun", "-n", str(self.options.ranks), str(self.options.program)], input=text, capture_output=True, text=True
+            ["mpirun", "-n", str(self.options.ranks), str(self.options.program)],
+            input=text,
+            capture_output=True,
+            text=True,
         )
         seconds = time.monotonic() - start
         said = [line for line in done.stderr.splitlines() if line.startswith("gimp3d: ")]
@@ -124,7 +133,9 @@ class Book:
                 print(f"{one.key(grid)}: {record['fault'] or 'done'}, {record['seconds']:.0f} s", flush=True)
             if record is None:
                 return True
-        entry = {k: record[k] for k in ("version", "ranks", "seconds", "particles", "fault")} if record else {}
+        entry = (
+            {k: record[k] for k in ("version", "ranks", "seconds", "particles", "fault")} if record else {}
+        )
         entry["scene"] = self.scene_of(row, grid)
         if not entry.get("fault"):
             directory = Path(runs[-1].directory(grid)) if runs else None
@@ -139,7 +150,9 @@ class Book:
     def scene_of(self, row, grid):
         """What says whether a number that was measured is still that of the row."""
         if row.key(grid) not in self.scenes:
-            self.scenes[row.key(grid)] = digest("".join(one.scene(grid) for one in (*row.of, row) if one.make))
+            self.scenes[row.key(grid)] = digest(
+                "".join(one.scene(grid) for one in (*row.of, row) if one.make)
+            )
         return self.scenes[row.key(grid)]
 
     def entry(self, row, grid):
@@ -160,7 +173,9 @@ def grids_of(row, wanted):
 
 
 def parser():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("cases", nargs="*", metavar="CASE")
     parser.add_argument("--grids", default="coarse fine")
     parser.add_argument("--program", type=Path, default=Path("./gimp3d"))
@@ -182,7 +197,10 @@ def main(arguments=None):
         rows = book.chosen()
         if options.list:
             for row in rows:
-                states = (f"{grid} {'done' if book.entry(row, grid) else 'not run'}" for grid in grids_of(row, wanted))
+                states = (
+                    f"{grid} {'done' if book.entry(row, grid) else 'not run'}"
+                    for grid in grids_of(row, wanted)
+                )
                 print(f"{row.case:<7} {row.name:<20} {row.what}: {', '.join(states)}")
             return 0
         if not options.no_run and book.program is None:

@@ -1,17 +1,19 @@
 #!/usr/bin/env python3
-"""Error bars of hardness, modulus and the like from several runs of one indentation (doc/user/hardness.md, Error bars):
+"""Error bars of hardness, modulus and the like from several runs of one indentation (doc/user/hardness.md,
+Error bars):
 
    error_bar.py [options] RUN RUN [RUN ...]          make error_bar RUNS="out/cone out/cone_coarse"
 
-Each run needs its hardness.json (make hardness RUN=...). The answer is that of the run with the finest cells. To its own
-uncertainty (fit) come
+Each run needs its hardness.json (make hardness RUN=...). The answer is that of the run with the finest cells.
+To its own uncertainty (fit) come
 
-   grid    from the runs that differ in their cells alone. Two: the error of first order, |coarse - fine|/(ratio - 1).
-           Three or more: 1.25 times the distance to Richardson's limit of the three finest, of the order that they show, at most 2;
-           where they show no order, the spread of all of them
-   speed   from a run at another speed that has the cells of one of the first: the error of first order in the speed, |run - slow| over
-           1 - 1/ratio of their times, which is twice what half the speed changes
-   others  from runs that differ in something else (size of the body, ...) and have the cells of one of the first: what that changes
+   grid    from the runs that differ in their cells alone. Two: the error of first order, |coarse -
+           fine|/(ratio - 1). Three or more: 1.25 times the distance to Richardson's limit of the three
+           finest, of the order that they show, at most 2; where they show no order, the spread of all of them
+   speed   from a run at another speed that has the cells of one of the first: the error of first order in the
+           speed, |run - slow| over 1 - 1/ratio of their times, which is twice what half the speed changes
+   others  from runs that differ in something else (size of the body, ...) and have the cells of one of the
+   first: what that changes
 
 and the error bar is the root of the sum of their squares. Under the finest run: error_bar.json.
 
@@ -56,7 +58,8 @@ class Wrong(Exception):
 
 
 class Case:
-    """One run: its directory, finest cell (m), hardness.json, and what its scene says as {(group, number, variable): values}."""
+    """One run: its directory, finest cell (m), hardness.json, and what its scene says as {(group, number,
+    variable): values}."""
 
     def __init__(self, directory, tool):
         self.directory = directory
@@ -104,20 +107,22 @@ def same(one, other):
 
 
 def sort_out(cases):
-    """The runs that differ from the finest in their cells alone, finest first, and (what, the run of the same cells among them, run)
-    of each other one. Raises Wrong."""
+    """The runs that differ from the finest in their cells alone, finest first, and (what, the run of the same
+    cells among them, run) of each other one. Raises Wrong."""
     finest = min(cases, key=lambda case: case.cell)  # the first of them, where several have its cells
     ladder, others = [], []
     for case in cases:
         differs = finest.differs(case) - grid
         for group, name in sorted(differs):
             if group in problem and (problem[group] is None or name in problem[group]):
-                raise Wrong(f"{case.directory} is of another problem than {finest.directory}: &{group} {name} differs")
+                raise Wrong(
+                    f"{case.directory} is of another problem than {finest.directory}: &{group} {name} differs"
+                )
         depth, wanted = case.answer["max_depth"], finest.answer["max_depth"]
         if abs(depth - wanted) > same_depth * wanted:
             raise Wrong(
-                f"{case.directory} goes to {1e9 * depth:.4g} nm, {finest.directory} to {1e9 * wanted:.4g} nm: runs are compared at "
-                "one depth"
+                f"{case.directory} goes to {1e9 * depth:.4g} nm, {finest.directory} to {1e9 * wanted:.4g} "
+                "nm: runs are compared at one depth"
             )
         if differs:
             others.append((differs, case))
@@ -131,8 +136,8 @@ def sort_out(cases):
         partner = next((one for one in ladder if math.isclose(one.cell, case.cell, rel_tol=1e-9)), None)
         if partner is None:
             raise Wrong(
-                f"{case.directory} differs in {said(differs)}, and no other run has its cells of {1e9 * case.cell:.4g} nm: one "
-                "thing at a time"
+                f"{case.directory} differs in {said(differs)}, and no other run has its cells of "
+                f"{1e9 * case.cell:.4g} nm: one thing at a time"
             )
         pairs.append((said(differs), partner, case))
     return ladder, pairs
@@ -146,7 +151,8 @@ def said(differs):
 
 
 def grid_error(cells, values):
-    """Error of the finest of values on cells (m), finest first, and what it rests on: an order, or words. None from one run."""
+    """Error of the finest of values on cells (m), finest first, and what it rests on: an order, or words.
+    None from one run."""
     if len(values) < 2:
         return None, ""
     if len(values) == 2:
@@ -162,7 +168,8 @@ def grid_error(cells, values):
 
 
 def factor_of(what, partner, case):
-    """Error of a run over what another one changes: of first order in the speed where all is slower or faster by one factor."""
+    """Error of a run over what another one changes: of first order in the speed where all is slower or faster
+    by one factor."""
     slower = case.scene["scene"][0]["end_time"][0] / partner.scene["scene"][0]["end_time"][0]
     return 1 / abs(1 - 1 / slower) if what == "speed" and abs(slower - 1) > 1e-6 else 1.0
 
@@ -183,20 +190,36 @@ def assess(ladder, pairs):
                 changed = abs(case.answer[key] - partner.answer[key]) * factor_of(what, partner, case)
                 parts[what] = max(parts.get(what) or 0.0, changed)
         bar = math.sqrt(sum(part**2 for part in parts.values() if part is not None))
-        found.append({"name": title, "key": key, "unit": unit, "value": values[0], "error_bar": bar, "parts": parts, "order": order})
+        found.append(
+            {
+                "name": title,
+                "key": key,
+                "unit": unit,
+                "value": values[0],
+                "error_bar": bar,
+                "parts": parts,
+                "order": order,
+            }
+        )
     return found, missing
 
 
 def print_table(found, ladder, pairs, missing):
     kinds = ["fit", "grid", *dict.fromkeys(what for what, _, _ in pairs)]
-    print(f"{ladder[0].directory}: cells of " + ", ".join(f"{1e9 * case.cell:.4g}" for case in ladder) + " nm; shares of the error bar")
+    print(
+        f"{ladder[0].directory}: cells of "
+        + ", ".join(f"{1e9 * case.cell:.4g}" for case in ladder)
+        + " nm; shares of the error bar"
+    )
     head = "".join(f"{kind:>{max(9, len(kind) + 4)}}" for kind in kinds)
     print(f"{'':<24}{'value':>10}{'':8}{'error bar':>12}{head}   order in the cell")
     for row in found:
         factor, unit = scaled(row["unit"], [row["value"]]) if row["unit"] else (1.0, "")
         if row["unit"] == "m2":
             factor, unit = 1e-12, "um2"
-        text = f"{row['name']:<24}{row['value'] / factor:>10.4g} {unit:<6} +- {row['error_bar'] / factor:>9.2g}"
+        text = (
+            f"{row['name']:<24}{row['value'] / factor:>10.4g} {unit:<6} +- {row['error_bar'] / factor:>9.2g}"
+        )
         for kind in kinds:
             part = row["parts"].get(kind)
             share = "-" if part is None or not row["value"] else f"{100 * part / abs(row['value']):.2g} %"
@@ -207,7 +230,9 @@ def print_table(found, ladder, pairs, missing):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN")
     parser.add_argument("--tool", default="")
     options = parser.parse_args()
@@ -226,7 +251,9 @@ def main():
         return 2
     print_table(found, ladder, pairs, missing)
     path = ladder[0].directory / ("error_bar.json" if not options.tool else f"error_bar_{options.tool}.json")
-    path.write_text(json.dumps({"runs": [str(run) for run in options.runs], "quantities": found}, indent=1) + "\n")
+    path.write_text(
+        json.dumps({"runs": [str(run) for run in options.runs], "quantities": found}, indent=1) + "\n"
+    )
     print(path)
     return 0
 

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""A page of all shipped scenes: each is run where it has no finished result yet, gets its report, and stands on the page.
+"""A page of all shipped scenes: each is run where it has no finished result yet, gets its report, and stands
+on the page.
 
    gallery.py [options] [SCENE ...]     names of scenes of input/ (all without)
 
@@ -9,10 +10,9 @@
    --output DIR      where index.html goes (out/gallery)
    --scenes DIR      where the scenes are (input)
 
-A result is taken where it has come to its end and has every value that the scene says; else the scene is run again. Results are
-where the scenes say (out/...), as `mpirun -n N ./gimp3d < input/x.nml` puts them. Exit status 1 where a scene could not be run,
-2 where one is named that is not there.
-"""
+A result is taken where it has come to its end and has every value that the scene says; else the scene is run
+again. Results are where the scenes say (out/...), as `mpirun -n N ./gimp3d < input/x.nml` puts them. Exit
+status 1 where a scene could not be run, 2 where one is named that is not there."""
 
 import argparse
 import math
@@ -63,7 +63,10 @@ class Entry:
     def has_result(self):
         """Whether a run of this scene, as it stands, has come to its end."""
         case, log = self.directory / "case.nml", self.directory / "run.log"
-        if not (case.is_file() and log.is_file()) or RunLog(log.read_text(errors="replace")).state != "finished":
+        if (
+            not (case.is_file() and log.is_file())
+            or RunLog(log.read_text(errors="replace")).state != "finished"
+        ):
             return False
         try:
             ran = read_namelists(case)
@@ -71,7 +74,11 @@ class Entry:
             return False
         return all(
             len(ran.get(group, [])) == len(ones)
-            and all(same(values, there.get(name)) for one, there in zip(ones, ran[group]) for name, values in one.items())
+            and all(
+                same(values, there.get(name))
+                for one, there in zip(ones, ran[group])
+                for name, values in one.items()
+            )
             for group, ones in self.case.items()
         )
 
@@ -94,11 +101,14 @@ def same(values, ran):
 
 def call(options, text):
     """Run the program on a scene's text."""
-    return subprocess.run(["mpirun", "-n", str(options.ranks), options.program], input=text, capture_output=True, text=True)
+    return subprocess.run(
+        ["mpirun", "-n", str(options.ranks), options.program], input=text, capture_output=True, text=True
+    )
 
 
 def planned(options, entry):
-    """Seconds that the plan of a scene says; 0 for one whose first steps fail already, None for one that is not taken."""
+    """Seconds that the plan of a scene says; 0 for one whose first steps fail already, None for one that is
+    not taken."""
     scene = Scene(entry.text)
     scene.set("scene", "mode", "plan")
     done = call(options, scene.text)
@@ -129,7 +139,10 @@ def settle(options, entry, named):
     if seconds is None:
         return
     if seconds > options.limit and not named:
-        entry.left_out = f"its plan says {seconds:.3g} s on {options.ranks} rank(s), above the limit of {options.limit:g} s"
+        entry.left_out = (
+            f"its plan says {seconds:.3g} s on {options.ranks} rank(s), above the limit of "
+            f"{options.limit:g} s"
+        )
         print(f"{entry.name}: left out, for {entry.left_out}", flush=True)
         return
     said = f"by its plan for {seconds:.2g} s" if seconds else "without a plan, for its first steps fail"
@@ -163,7 +176,9 @@ def card(options, entry):
             "p",
             badge(words, kind),
             " ",
-            badge(f"{len(rows) - looks} of {len(rows)} figures good", "good" if not looks else "look") if rows else "",
+            badge(f"{len(rows) - looks} of {len(rows)} figures good", "good" if not looks else "look")
+            if rows
+            else "",
             " ",
             badge(f"{alarms} warning(s)", "look") if alarms else "",
         ),
@@ -183,7 +198,9 @@ def thumbnail(made):
     cut = [one for one in made.drawn if one.name.startswith("section-1")] or [
         one for one in made.drawn if one.name == "still-energy"
     ]
-    return join(tag("img", src=one.uri, alt=one.alt, width=one.size[0], height=one.size[1]) for one in cut[-1:])
+    return join(
+        tag("img", src=one.uri, alt=one.alt, width=one.size[0], height=one.size[1]) for one in cut[-1:]
+    )
 
 
 def relative(path, start):
@@ -201,7 +218,9 @@ def missing(options, entry):
             "p",
             tag("code", f"{options.folder.name}/{entry.name}.nml"),
             f" {why}.",
-            "" if entry.failed else join([" ", tag("code", f"make gallery SCENES={entry.name}"), " runs it."]),
+            ""
+            if entry.failed
+            else join([" ", tag("code", f"make gallery SCENES={entry.name}"), " runs it."]),
         ),
         tag("p", entry.words, class_="quiet"),
         id=f"scene-{entry.name}",
@@ -209,7 +228,9 @@ def missing(options, entry):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("scenes", nargs="*", metavar="SCENE")
     parser.add_argument("--program", default="./gimp3d")
     parser.add_argument("--ranks", type=int, default=1)
@@ -220,7 +241,10 @@ def main():
     known = {path.stem: path for path in sorted(options.folder.glob("*.nml"))}
     unknown = [name for name in options.scenes if name not in known]
     if unknown:
-        print(f"gallery: {unknown[0]}: no such scene in {options.folder}; there are {', '.join(known)}", file=sys.stderr)
+        print(
+            f"gallery: {unknown[0]}: no such scene in {options.folder}; there are {', '.join(known)}",
+            file=sys.stderr,
+        )
         return 2
     entries, cards = [Entry(path) for path in known.values()], []
     for entry in entries:
@@ -239,15 +263,19 @@ def main():
                 tag("h1", "gimp3d: the scenes that come with it"),
                 tag(
                     "p",
-                    f"{shown} of {len(entries)} scenes of {options.folder.name}/ with their results. Each title leads to the "
-                    "report of its run.",
+                    f"{shown} of {len(entries)} scenes of {options.folder.name}/ with their results. Each "
+                    "title leads to the report of its run.",
                     class_="quiet",
                 ),
             ),
             tag("main", tag("div", *cards, class_="cards")),
             tag(
                 "footer",
-                tag("p", "Made by gimp3d, post/gallery.py. Pictures are in the page; reports stand beside the results."),
+                tag(
+                    "p",
+                    "Made by gimp3d, post/gallery.py. Pictures are in the page; reports stand beside the "
+                    "results.",
+                ),
             ),
         ],
         "\n",

@@ -1,18 +1,18 @@
 """A rigid frictionless indenter of any form on an elastic half-space, small strains.
 
-Boussinesq's integral over the contact: a pressure p on the surface of a half-space of plane modulus E' = E/(1 - nu^2) moves it along
-the axis by
+Boussinesq's integral over the contact: a pressure p on the surface of a half-space of plane modulus E' = E/(1
+- nu^2) moves it along the axis by
 
     w(x) = 1/(pi E') int p(y) / |x - y| dA,      w = h - f(x) where p > 0,  w >= h - f(x) elsewhere, p >= 0
 
-for a tool of profile f at depth h. The pressure is constant over squares (Love, Phil. Trans. R. Soc. A 228 (1929) 377), the integral a
-convolution (FFT without images), the pressures those of conjugate gradients within the contact (Polonsky and Keer, Wear 231 (1999)
-206). The surface does not move sideways here, as in all small-strain solutions: loads of pyramids and cones go with the tangent of
-their half angle, and E' h^2.
+for a tool of profile f at depth h. The pressure is constant over squares (Love, Phil. Trans. R. Soc. A 228
+(1929) 377), the integral a convolution (FFT without images), the pressures those of conjugate gradients
+within the contact (Polonsky and Keer, Wear 231 (1999) 206). The surface does not move sideways here, as in
+all small-strain solutions: loads of pyramids and cones go with the tangent of their half angle, and E' h^2.
 
-    half_space.py [POINTS]     of a cone (exact 2/pi), a three- and a four-sided pyramid on such grids: number of faces, points, load
-                               over E' h^2 tan(half angle), area of contact over (h tan(half angle))^2
-"""
+    half_space.py [POINTS]     of a cone (exact 2/pi), a three- and a four-sided pyramid on such grids: number
+                               of faces, points, load over E' h^2 tan(half angle), area of contact over (h
+                               tan(half angle))^2"""
 
 import math
 import sys
@@ -21,7 +21,8 @@ import numpy as np
 
 
 def influence(points, edge):
-    """Fourier transform of the displacement (m) that a unit of pressure over E' on one square of an edge (m) makes at all others."""
+    """Fourier transform of the displacement (m) that a unit of pressure over E' on one square of an edge (m)
+    makes at all others."""
     middle = np.arange(-points, points) * edge
     x, y = np.meshgrid(middle, middle, indexing="ij")
 
@@ -36,8 +37,8 @@ def influence(points, edge):
 
 
 def press(profile, edge, depth, tolerance=1e-9, most=2000):
-    """Pressure over E' on squares of an edge (m) under a rigid tool whose surface lies at `profile` (m, square array) above its tip, at a
-    depth (m). The contact must lie inside the array."""
+    """Pressure over E' on squares of an edge (m) under a rigid tool whose surface lies at `profile` (m,
+    square array) above its tip, at a depth (m). The contact must lie inside the array."""
     n = len(profile)
     kernel = influence(n, edge)
 
@@ -56,7 +57,9 @@ def press(profile, edge, depth, tolerance=1e-9, most=2000):
         now = float(np.sum(gap[touching] ** 2))
         way = np.where(touching, gap + (0.0 if fresh else now / before) * way, 0.0)
         before, fresh = now, False
-        step = float(np.sum(gap[touching] * way[touching])) / float(np.sum(displacement(way)[touching] * way[touching]))
+        step = float(np.sum(gap[touching] * way[touching])) / float(
+            np.sum(displacement(way)[touching] * way[touching])
+        )
         last = p
         p = np.maximum(np.where(touching, p - step * way, p), 0.0)
         reached = (p == 0) & (gap < 0)

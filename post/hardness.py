@@ -4,22 +4,23 @@
    hardness.py [options] RUN
 
 loading curvature, fit of the unloading, stiffness, contact depth, the area of Oliver and Pharr, hardness and
-modulus from it and from the true area, work ratio, pile-up. A table on the terminal, and in the run's directory
-(with _NAME before the dot for one of several tools)
+modulus from it and from the true area, work ratio, pile-up. A table on the terminal, and in the run's
+directory (with _NAME before the dot for one of several tools)
 
 hardness.json               all numbers, SI units, each with its uncertainty
-hardness.csv                time [s], depth [nm], load [mN] of the full body: what tools of nanoindentation read
+hardness.csv                time [s], depth [nm], load [mN] of the full body: what tools of nanoindentation
+read
 hardness_profile.csv        the surface in rings about the axis, at the largest depth and unloaded
 hardness_load_depth.png, hardness_profile.png, hardness_pressure.png
 hardness_depth.csv, .png    hardness and modulus over depth, with several unloadings
 
-   --tool NAME               of several tools
-   --window 20,98            shares of the load that the unloading is fitted over, in per cent
-   --epsilon NUMBER          of the contact depth; else that of the fitted exponent
-   --beta NUMBER             of the modulus; else by the tool's shape: a cone has Hay's factor, a Berkovich 1.034,
-                             a Vickers 1.012, others 1
-   --area-coefficients LIST  C0,C1,... of an area function in nm, in place of the tool's ideal one
-   --area column|profile     the true area: contact_area of the history (the default), or where the profile leaves
+   --tool NAME               of several tools --window 20,98            shares of the load that the unloading
+   is fitted over, in per cent --epsilon NUMBER          of the contact depth; else that of the fitted
+   exponent --beta NUMBER             of the modulus; else by the tool's shape: a cone has Hay's factor, a
+   Berkovich 1.034,
+                             a Vickers 1.012, others 1 --area-coefficients LIST  C0,C1,... of an area function
+   in nm, in place of the tool's ideal one --area column|profile     the true area: contact_area of the
+   history (the default), or where the profile leaves
                              a round tool
    --no-plots                only the table, .json and .csv
 
@@ -154,21 +155,25 @@ def default_beta(tool, poisson):
     if shape in ("berkovich", "pyramid"):
         return 1.034, "King's factor of a triangular pyramid"
     return 1.0, (
-        f"exact for small contacts of a {shape}" if shape in ("sphere", "flat") else f"none is known for a {shape}"
+        f"exact for small contacts of a {shape}"
+        if shape in ("sphere", "flat")
+        else f"none is known for a {shape}"
     )
 
 
 def area_function_of(tool, coefficients):
     if coefficients:
         return oliver_pharr.fitted_area(coefficients), "an area function of the coefficients given"
-    numbers = {name: tool[name][0] for name in ("half_angle", "radius", "faces", "tip_radius") if name in tool}
+    numbers = {
+        name: tool[name][0] for name in ("half_angle", "radius", "faces", "tip_radius") if name in tool
+    }
     return oliver_pharr.ideal_area(tool["shape"][0], **numbers), f"the ideal {tool['shape'][0]}"
 
 
 def area_at(record, row):
     """The column contact_area at a row (m2) and its uncertainty: a parabola over depth through the rows
     before it, within area_share of its depth, and their scatter about it (not divided by their number: what
-    the column is off by is off in many rows). """
+    the column is off by is off in many rows)."""
     first = row
     while first > 0 and record.depth[first - 1] >= (1 - area_share) * record.depth[row]:
         first -= 1
@@ -237,13 +242,18 @@ def analyse(run, record, options):
         row, load, load_sigma = unloading.start, result.values["max_load"], result.sigma["max_load"]
         put(answer, result.values, result.sigma)
         answer.update(
-            {f"stiffness_uncertainty_{kind}": result.parts[f"stiffness_{kind}"] for kind in ("noise", "window")}
+            {
+                f"stiffness_uncertainty_{kind}": result.parts[f"stiffness_{kind}"]
+                for kind in ("noise", "window")
+            }
         )
         answer["load_scatter"] = result.parts["load_scatter"]
         if not 1.001 < result.values["unloading_exponent"] < 19.9:
             answer["notes"].append(
-                f"The exponent of the unloading ends at its bound, {result.values['unloading_exponent']:.3g}: the curve "
-                "is not of that form. Look at hardness_load_depth.png, and draw the tool back more slowly, or give --epsilon."
+                "The exponent of the unloading ends at its bound, "
+                f"{result.values['unloading_exponent']:.3g}: the curve "
+                "is not of that form. Look at hardness_load_depth.png, and draw the tool back more slowly, "
+                "or give --epsilon."
             )
         values, sigma = oliver_pharr.work(record.depth, record.load, unloading, result.fit)
         lost = lost_share(run, record.time[unloading.end])
@@ -260,9 +270,10 @@ def analyse(run, record, options):
         load, load_sigma = end_of_loading(record, row)
         if not unloadings:
             answer["missing"].append(
-                f"The tool is never drawn back by more than {100 * oliver_pharr.turn_share:g} % of its depth, so there is no "
-                "unloading: stiffness, contact depth, the numbers of Oliver and Pharr, moduli and work ratio are missing. "
-                "Let `speeds` of the tool (or `loads`) turn, as input/indenter.nml does."
+                f"The tool is never drawn back by more than {100 * oliver_pharr.turn_share:g} % of its "
+                "depth, so there is no "
+                "unloading: stiffness, contact depth, the numbers of Oliver and Pharr, moduli and work ratio "
+                "are missing. Let `speeds` of the tool (or `loads`) turn, as input/indenter.nml does."
             )
         put(
             answer,
@@ -271,7 +282,9 @@ def analyse(run, record, options):
         )
         true = area_at(record, row)
     try:
-        value, sigma, exponent, exponent_sigma = oliver_pharr.loading_curvature(record.depth, record.load, row)
+        value, sigma, exponent, exponent_sigma = oliver_pharr.loading_curvature(
+            record.depth, record.load, row
+        )
         put(
             answer,
             {"loading_curvature": value, "loading_exponent": exponent},
@@ -279,8 +292,8 @@ def analyse(run, record, options):
         )
         if record.tool["shape"][0] not in ("cone", "berkovich", "pyramid"):
             answer["notes"].append(
-                f"Under a {record.tool['shape'][0]} the load does not follow the square of the depth: the loading "
-                "curvature is the mean of P/h^2 over the second half of the depth."
+                f"Under a {record.tool['shape'][0]} the load does not follow the square of the depth: the "
+                "loading curvature is the mean of P/h^2 over the second half of the depth."
             )
     except oliver_pharr.NotEnough as error:
         answer["missing"].append(f"The loading curvature is missing: {error}.")
@@ -289,8 +302,8 @@ def analyse(run, record, options):
     if options.area == "profile":
         if answer.get("area_profile") is None:
             raise Missing(
-                "the profile gives no area (--area profile): it needs a snapshot at the largest depth and a sphere or "
-                "cone that stands on a flat surface"
+                "the profile gives no area (--area profile): it needs a snapshot at the largest depth and a "
+                "sphere or cone that stands on a flat surface"
             )
         true = answer["area_profile"], answer["area_profile_uncertainty"]
         if main:
@@ -326,8 +339,8 @@ def analyse(run, record, options):
             and abs(profile / true[0] - 1) > 0.05
         ):
             answer["notes"].append(
-                f"contact_area of the history is {100 * (true[0] / profile - 1):+.0f} % off the area within which the "
-                "surface touches the tool (area_profile); `--area profile` takes that one."
+                f"contact_area of the history is {100 * (true[0] / profile - 1):+.0f} % off the area within "
+                "which the surface touches the tool (area_profile); `--area profile` takes that one."
             )
     else:
         answer["missing"].append("The true area is missing: contact_area is 0 at the largest depth.")
@@ -357,7 +370,10 @@ def depth_row(unloading, result, true):
         put(
             row,
             {"area_true": true[0], "hardness_true": load / true[0]},
-            {"area_true": true[1], "hardness_true": load / true[0] * math.hypot(sigma / load, true[1] / true[0])},
+            {
+                "area_true": true[1],
+                "hardness_true": load / true[0] * math.hypot(sigma / load, true[1] / true[0]),
+            },
         )
     return row
 
@@ -384,12 +400,13 @@ def kinetic_share(run, record, row, main, answer):
     used = (energy["time"] >= half) & (energy["time"] <= last) & (energy["external_work"] > 0)
     if not np.any(used):
         return
-    work = np.maximum.accumulate(energy["external_work"])  # what an elastic unloading gives back counts as work done
+    # what an elastic unloading gives back counts as work done
+    work = np.maximum.accumulate(energy["external_work"])
     answer["kinetic_share"] = float(np.max(energy["kinetic"][used] / work[used]))
     if answer["kinetic_share"] > 0.01:
         answer["notes"].append(
-            f"Kinetic energy reaches {100 * answer['kinetic_share']:.2g} % of the work over the part that is used: the "
-            "curve is not quasi-static. Move the tool more slowly."
+            f"Kinetic energy reaches {100 * answer['kinetic_share']:.2g} % of the work over the part that is "
+            "used: the curve is not quasi-static. Move the tool more slowly."
         )
 
 
@@ -414,7 +431,9 @@ def surfaces(run, record, row, main, true, answer):
     wanted = [("loaded", record.time[row])]
     if main:
         free = np.flatnonzero(record.load[main[0].start :] <= 0)
-        wanted.append(("unloaded", record.time[main[0].start + free[0]] if free.size else record.time[main[0].end]))
+        wanted.append(
+            ("unloaded", record.time[main[0].start + free[0]] if free.size else record.time[main[0].end])
+        )
     for name, time in wanted:
         if not times:
             answer["missing"].append(
@@ -427,8 +446,8 @@ def surfaces(run, record, row, main, true, answer):
             later = [i for i, t in enumerate(times) if t >= time * (1 - 1e-9)]
             if not later:
                 answer["missing"].append(
-                    "The unloaded surface is missing: no snapshot was written after the load was gone (`every` of "
-                    "&output)."
+                    "The unloaded surface is missing: no snapshot was written after the load was gone "
+                    "(`every` of &output)."
                 )
                 continue
             at = later[0]
@@ -533,9 +552,10 @@ def print_table(answer):
         print(line.rstrip())
     if answer.get("stiffness") is not None:
         print(
-            f"  of the uncertainty of S: noise {answer['stiffness_uncertainty_noise'] / answer['stiffness']:.2%}, "
-            f"window {answer['stiffness_uncertainty_window'] / answer['stiffness']:.2%}; fit over {100 * answer['window'][0]:g} to "
-            f"{100 * answer['window'][1]:g} % of the load"
+            "  of the uncertainty of S: noise "
+            f"{answer['stiffness_uncertainty_noise'] / answer['stiffness']:.2%}, "
+            f"window {answer['stiffness_uncertainty_window'] / answer['stiffness']:.2%}; fit over "
+            f"{100 * answer['window'][0]:g} to {100 * answer['window'][1]:g} % of the load"
         )
     if len(answer["unloadings"]) > 1:
         print("  depth [nm]   H, O-P [GPa]     H, true [GPa]    E_r, O-P [GPa]   E_r, true [GPa]")
@@ -543,7 +563,9 @@ def print_table(answer):
             words = [f"{1e9 * row['max_depth']:10.5g}  "]
             for key in ("hardness_oliver_pharr", "hardness_true", "modulus_oliver_pharr", "modulus_true"):
                 value, sigma = row.get(key), row.get(f"{key}_uncertainty") or 0.0
-                words.append(f"{1e-9 * value:8.4g} +- {1e-9 * sigma:<6.2g}" if value is not None else " " * 18)
+                words.append(
+                    f"{1e-9 * value:8.4g} +- {1e-9 * sigma:<6.2g}" if value is not None else " " * 18
+                )
             print(" ".join(words))
     for sentence in answer["notes"] + answer["missing"]:
         print(f"  {sentence}")
@@ -556,7 +578,9 @@ def write_files(run, record, answer, results, pictures, suffix):
     write(path("hardness", "json"), json.dumps(answer, indent=2, allow_nan=False) + "\n")
     write(
         path("hardness", "csv"),
-        csv_text(["time [s]", "depth [nm]", "load [mN]"], zip(record.time, 1e9 * record.depth, 1e3 * record.load)),
+        csv_text(
+            ["time [s]", "depth [nm]", "load [mN]"], zip(record.time, 1e9 * record.depth, 1e3 * record.load)
+        ),
     )
     if pictures:
         rows = []
@@ -624,7 +648,9 @@ def positive(text):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("run", type=Path)
     parser.add_argument("--tool")
     parser.add_argument("--window", type=window_of, default=(20.0, 98.0))
@@ -654,11 +680,15 @@ def main():
     write_files(run, record, answer, results, pictures, suffix)
     if options.no_plots:
         return 0
-    pictures_of.draw_load_depth(run, record, answer, results, run.directory / f"hardness_load_depth{suffix}.png")
+    pictures_of.draw_load_depth(
+        run, record, answer, results, run.directory / f"hardness_load_depth{suffix}.png"
+    )
     if pictures:
         pictures_of.draw_profile(run, record, pictures, run.directory / f"hardness_profile{suffix}.png")
     if "loaded" in pictures:
-        pictures_of.draw_pressure(run, record, answer, pictures["loaded"], run.directory / f"hardness_pressure{suffix}.png")
+        pictures_of.draw_pressure(
+            run, record, answer, pictures["loaded"], run.directory / f"hardness_pressure{suffix}.png"
+        )
     if len(results) > 1:
         pictures_of.draw_over_depth(run, answer, run.directory / f"hardness_depth{suffix}.png")
     return 0

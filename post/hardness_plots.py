@@ -1,4 +1,5 @@
-"""The pictures of post/hardness.py: load over depth with the fits, the surface, the pressure under the tip, numbers over depth."""
+"""The pictures of post/hardness.py: load over depth with the fits, the surface, the pressure under the tip,
+numbers over depth."""
 
 import math
 
@@ -61,7 +62,9 @@ def draw_profile(run, record, pictures, path):
         for name, (time, depth, surface, _) in pictures.items():
             heights = imprint.line(surface, direction, distance)
             ax.plot(distance / factor, heights / high_factor, color=colors[name], label=name)
-            tool = imprint.tool_height(record.tool, np.outer(distance, direction)) if name == "loaded" else None
+            tool = (
+                imprint.tool_height(record.tool, np.outer(distance, direction)) if name == "loaded" else None
+            )
             if tool is not None:
                 shown = tool - depth < max(0.15 * depth, 1.2 * float(surface.heights.max()))
                 ax.plot(
@@ -100,7 +103,9 @@ def draw_profile(run, record, pictures, path):
 
 def draw_pressure(run, record, answer, picture, path):
     _, _, surface, profile = picture
-    edge = math.sqrt((answer.get("area_profile") or answer["area_true"] or surface.radii.max() ** 2) / math.pi)
+    edge = math.sqrt(
+        (answer.get("area_profile") or answer["area_true"] or surface.radii.max() ** 2) / math.pi
+    )
     near = surface.radii < 2 * edge
     factor, unit = scaled("m", [2 * edge])
     value_factor, value_unit = scaled("Pa", profile.stress)
@@ -137,7 +142,9 @@ def draw_pressure(run, record, answer, picture, path):
             answer["hardness_true"] / value_factor, color="0.45", linestyle="--", label="hardness, true area"
         )
     axes.set(
-        xlabel=f"distance from the axis [{unit}]", ylabel=f"pressure under the tip [{value_unit}]", title=run.title
+        xlabel=f"distance from the axis [{unit}]",
+        ylabel=f"pressure under the tip [{value_unit}]",
+        title=run.title,
     )
     axes.legend()
     save(figure, path)

@@ -1,8 +1,8 @@
-"""The imprint of a tool in the particles of a run: the surface around it, pile-up or sink-in, the pressure under it.
+"""The imprint of a tool in the particles of a run: the surface around it, pile-up or sink-in, the pressure
+under it.
 
-Heights are above the undeformed surface, against the tool's axis; places are distances along two directions across
-the axis, from it.
-"""
+Heights are above the undeformed surface, against the tool's axis; places are distances along two directions
+across the axis, from it."""
 
 import math
 from dataclasses import dataclass
@@ -14,7 +14,8 @@ from scipy.spatial import cKDTree
 
 import indentation
 
-# Of a particle's width: what a contact's radius is off on exact surfaces (Hertz, Sneddon, a wedge), 6 to 16 particles wide
+# Of a particle's width: what a contact's radius is off on exact surfaces (Hertz, Sneddon, a wedge), 6 to 16
+# particles wide
 edge_resolution = 0.15
 
 
@@ -37,7 +38,7 @@ class Frame:
 class Surface:
     """Points of a body's surface: places (n x 2, m, along through and across), heights (n, m), half widths of
     the particles below them (n, m), and the pressures there (n, Pa): `stress` normal to the surface that was,
-    `contact` of the contact itself. """
+    `contact` of the contact itself."""
 
     places: np.ndarray
     heights: np.ndarray
@@ -113,7 +114,8 @@ def surface_of(particles, frame, case, body_number, reach, normals=()):
     top = height[chosen] + up_edge[chosen] @ frame.up
     at = places[chosen] + np.stack([up_edge[chosen] @ frame.through, up_edge[chosen] @ frame.across], axis=1)
     own = half_width[chosen]
-    # A particle lies below the surface where another one is above it: within its half width aside, and higher by half
+    # A particle lies below the surface where another one is above it: within its half width aside, and higher
+    # by half
     # a thickness
     tree = cKDTree(at)
     hidden = np.zeros(chosen.size, dtype=bool)
@@ -176,7 +178,9 @@ class Profile:
 def radial_profile(surface, reach):
     """Means over rings one particle wide, those near the axis; rings that hold no point are left out."""
     width = 2 * float(
-        np.median(surface.half_widths[surface.radii <= np.sort(surface.radii)[min(40, surface.radii.size - 1)]])
+        np.median(
+            surface.half_widths[surface.radii <= np.sort(surface.radii)[min(40, surface.radii.size - 1)]]
+        )
     )
     ring = (surface.radii / width).astype(int)
     rows = []
@@ -204,10 +208,11 @@ def line(surface, direction, distance):
     """Heights (m) along a line through the axis, in the plane of `direction` (2 components), at distances (m)
     from it; not a number where the surface is not known."""
     direction = np.asarray(direction) / np.linalg.norm(direction)
-    beside = (
-        np.abs(surface.places @ np.array([-direction[1], direction[0]])) < 6 * surface.half_widths
-    )  # the others are no neighbours of it
-    return LinearNDInterpolator(surface.places[beside], surface.heights[beside])(np.outer(distance, direction))
+    # the others are no neighbours of it
+    beside = np.abs(surface.places @ np.array([-direction[1], direction[0]])) < 6 * surface.half_widths
+    return LinearNDInterpolator(surface.places[beside], surface.heights[beside])(
+        np.outer(distance, direction)
+    )
 
 
 def tool_height(tool, places):
@@ -255,9 +260,8 @@ def contact_radius(surface, tool, tip):
 
     rise = flank(radius) - flank(np.maximum(radius - width, 0.0))  # of the tool over a particle
     apart = gap > 0.1 * np.minimum(rise, width)
-    beyond = np.searchsorted(
-        radius, radius + 1.5 * width
-    )  # the edge is where all are apart for one and a half particles, and none touch beyond; some hover within
+    # the edge is where all are apart for one and a half particles, and none touch beyond; some hover within
+    beyond = np.searchsorted(radius, radius + 1.5 * width)
     counted = np.r_[0, np.cumsum(apart)]
     rows = np.arange(radius.size)
     share = (counted[beyond] - counted[rows]) / np.maximum(beyond - rows, 1)

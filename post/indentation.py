@@ -1,4 +1,6 @@
-"""The facts of an indentation: the modelled share of the body, where the surface is, half-space theory, references."""
+"""The facts of an indentation: the modelled share of the body, where the surface is, half-space theory,
+references."""
+
 import math
 
 import numpy as np
@@ -7,7 +9,8 @@ from run_data import Unreadable
 
 
 def share_of_body(history):
-    """The part of the body that a scene models, as the head of the tool's history says: a symmetry plane through its axis halves it."""
+    """The part of the body that a scene models, as the head of the tool's history says: a symmetry plane
+    through its axis halves it."""
     if "model_share" not in history.notes:
         raise Unreadable("the tool's history does not say its model_share")
     return float(history.notes["model_share"])
@@ -19,7 +22,8 @@ def unit_axis(tool):
 
 
 def indented_body(case, tool):
-    """The body whose surface is nearest to the tip, along the tool's axis, and the gap to it at the start (m)."""
+    """The body whose surface is nearest to the tip, along the tool's axis, and the gap to it at the start
+    (m)."""
     axis, tip = unit_axis(tool), np.array(tool["tip"])
     nearest, gap = None, math.inf
     for body in case["body"]:
@@ -44,8 +48,8 @@ def indented_body(case, tool):
 
 
 def half_space_theory(case, tool):
-    """Name and load(depth) (N, m) of the elastic half-space under this tool, frictionless; None for other tools and laws, and for a
-    punch that is as wide as the body."""
+    """Name and load(depth) (N, m) of the elastic half-space under this tool, frictionless; None for other
+    tools and laws, and for a punch that is as wide as the body."""
     body, _ = indented_body(case, tool)
     material = next(m for m in case["material"] if m["name"] == body["material"])
     if "young" not in material:
@@ -56,13 +60,17 @@ def half_space_theory(case, tool):
         radius = tool["radius"][0]
         return "Hertz (half-space)", lambda d: 4 / 3 * modulus * math.sqrt(radius) * np.maximum(d, 0) ** 1.5
     if shape == "cone" and tool.get("tip_radius", [0.0])[0] > 0:
-        return "Briscoe (half-space)", rounded_cone(modulus, math.radians(tool["half_angle"][0]), tool["tip_radius"][0])
+        return "Briscoe (half-space)", rounded_cone(
+            modulus, math.radians(tool["half_angle"][0]), tool["tip_radius"][0]
+        )
     if shape == "cone":
         slope = math.tan(math.radians(tool["half_angle"][0]))
         return "Sneddon (half-space)", lambda d: 2 / math.pi * modulus * slope * np.maximum(d, 0) ** 2
     if shape == "flat":
         radius = tool["radius"][0]
-        width = body["radius"][0] if "radius" in body else 0.5 * max(np.subtract(body["upper"], body["lower"]))
+        width = (
+            body["radius"][0] if "radius" in body else 0.5 * max(np.subtract(body["upper"], body["lower"]))
+        )
         if radius >= width:
             return None
         return "flat punch (half-space)", lambda d: 2 * radius * modulus * np.maximum(d, 0)
@@ -70,43 +78,57 @@ def half_space_theory(case, tool):
 
 
 def rounded_cone_depth(half_angle, share):
-    """Depth of a rounded cone over its tip's radius where the contact has `share` times the radius of the circle in which its sphere
-    touches it, 1 or more (Briscoe 1994)."""
+    """Depth of a rounded cone over its tip's radius where the contact has `share` times the radius of the
+    circle in which its sphere touches it, 1 or more (Briscoe 1994)."""
     b = math.cos(half_angle)
     a = share * b
     return a * (a - math.sqrt(a * a - b * b)) + a / math.tan(half_angle) * (math.pi / 2 - math.asin(b / a))
 
 
 def rounded_cone(modulus, half_angle, tip_radius):
-    """load(depth) (N, m) of an elastic half-space of plane-strain modulus E' (Pa) under a rigid cone whose tip is a sphere of a radius
-    (m) that touches it (Briscoe, Sebastian and Adams 1994). Up to the contact radius R cos(half_angle) it is Hertz's."""
+    """load(depth) (N, m) of an elastic half-space of plane-strain modulus E' (Pa) under a rigid cone whose
+    tip is a sphere of a radius (m) that touches it (Briscoe, Sebastian and Adams 1994). Up to the contact
+    radius R cos(half_angle) it is Hertz's."""
     b, slope = tip_radius * math.cos(half_angle), 1 / math.tan(half_angle)
 
     def beyond(a):
         """Depth and load at contact radii of at least b."""
         root, arc = np.sqrt(a**2 - b**2), math.pi / 2 - np.arcsin(b / a)
         depth = a / tip_radius * (a - root) + a * slope * arc
-        load = 2 * modulus * (a * depth - a**2 / 2 * slope * arc - a**3 / (3 * tip_radius)
-                              + root * (b / 2 * slope + (a**2 - b**2) / (3 * tip_radius)))
+        load = (
+            2
+            * modulus
+            * (
+                a * depth
+                - a**2 / 2 * slope * arc
+                - a**3 / (3 * tip_radius)
+                + root * (b / 2 * slope + (a**2 - b**2) / (3 * tip_radius))
+            )
+        )
         return depth, load
 
     def load(depth):
         depth = np.maximum(depth, 0)
         radii = b * np.geomspace(1, max(2, 4 * np.max(depth) / (b * slope) + 2), 4000)
-        return np.where(depth <= b**2 / tip_radius, 4 / 3 * modulus * math.sqrt(tip_radius) * depth**1.5,
-                        np.interp(depth, *beyond(radii)))
+        return np.where(
+            depth <= b**2 / tip_radius,
+            4 / 3 * modulus * math.sqrt(tip_radius) * depth**1.5,
+            np.interp(depth, *beyond(radii)),
+        )
 
     return load
 
 
 def read_reference(path):
-    """Depth (m) and load of the full body (N) of a finite-element reference: a .csv with the names of its columns in the comment
-    line before the first row."""
+    """Depth (m) and load of the full body (N) of a finite-element reference: a .csv with the names of its
+    columns in the comment line before the first row."""
     try:
         lines = path.read_text().splitlines()
         first = next(i for i, line in enumerate(lines) if line and line[0] != "#")
         names = [name.strip() for name in lines[first - 1].lstrip("# ").split(",")]
-        rows = np.array([[float(word) for word in line.split(",")] for line in lines if line and line[0] != "#"])
+        rows = np.array(
+            [[float(word) for word in line.split(",")] for line in lines if line and line[0] != "#"]
+        )
         return rows[:, names.index("depth_um")] * 1e-6, rows[:, names.index("load_full_uN")] * 1e-6
     except (OSError, ValueError, IndexError, StopIteration) as error:
         raise Unreadable(f"{path}: not a reference curve ({error})")

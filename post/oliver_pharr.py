@@ -1,9 +1,11 @@
-"""Analysis of load-depth curves of an instrumented indentation (Oliver & Pharr, J. Mater. Res. 7 (1992) 1564 and 19
-(2004) 3; ISO 14577-1), of runs or experiments.
+"""Analysis of load-depth curves of an instrumented indentation (Oliver & Pharr, J. Mater. Res. 7 (1992) 1564
+and 19 (2004) 3; ISO 14577-1), of runs or experiments.
 
-Arrays of depth (m, from the undeformed surface) and load (N, above 0 where the tool presses) go in, plain numbers in
-SI units come out. Nothing here knows of files or scenes. Uncertainties are standard deviations (one sigma) of the three sources
-   noise    the scatter of the rows about the fit, made larger where neighbouring rows scatter together (waves)
+Arrays of depth (m, from the undeformed surface) and load (N, above 0 where the tool presses) go in, plain
+numbers in SI units come out. Nothing here knows of files or scenes. Uncertainties are standard deviations
+(one sigma) of the three sources
+   noise    the scatter of the rows about the fit, made larger where neighbouring rows scatter together
+   (waves)
    window   what other shares of the unloading give, beyond what their noise explains
    area     of the area that was measured, or of the depth and the stiffness that it follows from
 """
@@ -295,7 +297,8 @@ def _fit(depth, load, rows, deepest, shares, guess=None):
     h, p = depth[rows], load[rows]
     if h.size < fewest_rows:
         raise NotEnough(
-            f"the unloading has {h.size} rows between {100 * shares[0]:g} and {100 * shares[1]:g} % of its load, and a "
+            f"the unloading has {h.size} rows between {100 * shares[0]:g} and {100 * shares[1]:g} % of its "
+            "load, and a "
             f"fit needs {fewest_rows}: write more rows (history_every of &output), or unload more slowly"
         )
     span = float(h[0] - h.min())
@@ -312,7 +315,9 @@ def _fit(depth, load, rows, deepest, shares, guess=None):
     def slopes(x):
         left = np.maximum(1 - way / x[1], 1e-12)
         power = left ** x[2]
-        return np.stack([power, x[0] * x[2] * power / left * way / x[1] ** 2, x[0] * power * np.log(left)], axis=1)
+        return np.stack(
+            [power, x[0] * x[2] * power / left * way / x[1] ** 2, x[0] * power * np.log(left)], axis=1
+        )
 
     firsts = [[1.0, 1.2 * nearest, m] for m in (1.2, 1.5, 2.0)]
     if guess is not None:
@@ -336,7 +341,9 @@ def _fit(depth, load, rows, deepest, shares, guess=None):
     scatter = float(residual @ residual) / max(h.size - 3, 1)
     scale = np.sqrt((best.jac**2).sum(axis=0))
     scale[scale == 0] = 1.0
-    inverse = np.linalg.pinv((best.jac / scale).T @ (best.jac / scale), hermitian=True) / np.outer(scale, scale)
+    inverse = np.linalg.pinv((best.jac / scale).T @ (best.jac / scale), hermitian=True) / np.outer(
+        scale, scale
+    )
     to_si = np.array([unit, -span, 1.0])
     together = correlation_time(residual)
     covariance = inverse * scatter * together * np.outer(to_si, to_si)
@@ -380,12 +387,20 @@ class Result:
 
 
 def analyse_unloading(
-    depth, load, unloading, area_function=None, beta=1.0, epsilon=None, shares=window, area_true=None, poisson=None
+    depth,
+    load,
+    unloading,
+    area_function=None,
+    beta=1.0,
+    epsilon=None,
+    shares=window,
+    area_true=None,
+    poisson=None,
 ):
     """Oliver and Pharr's analysis of one unloading of a record, and the same with a measured area.
 
     area_function(contact depth) gives the projected area (m2), None where there is none; epsilon is a number,
-    or None for that of the exponent; area_true is (m2, its uncertainty) or None. Raises NotEnough. """
+    or None for that of the exponent; area_true is (m2, its uncertainty) or None. Raises NotEnough."""
     depth, load = np.asarray(depth, dtype=float), np.asarray(load, dtype=float)
     h, p = depth[unloading.start : unloading.end + 1], load[unloading.start : unloading.end + 1]
     top_depth = float(np.max(depth[unloading.hold : unloading.start + 1]))
@@ -502,7 +517,8 @@ def loading_curvature(depth, load, until, shares=loading_window):
     main = fit(*shares)
     if main is None:
         raise NotEnough(
-            f"the loading has fewer than 5 rows between {100 * shares[0]:g} and {100 * shares[1]:g} % of its depth"
+            f"the loading has fewer than 5 rows between {100 * shares[0]:g} and {100 * shares[1]:g} % of its "
+            "depth"
         )
     value, variance, x, y = main
     others = [(o[0], o[1]) for o in (fit(*other) for other in other_loading_windows) if o is not None]
@@ -513,7 +529,10 @@ def loading_curvature(depth, load, until, shares=loading_window):
     found, *_ = np.linalg.lstsq(base, np.log(y), rcond=None)
     residual = np.log(y) - base @ found
     spread = (
-        float(residual @ residual) / (x.size - 2) * correlation_time(residual) * np.linalg.inv(base.T @ base)[1, 1]
+        float(residual @ residual)
+        / (x.size - 2)
+        * correlation_time(residual)
+        * np.linalg.inv(base.T @ base)[1, 1]
     )
     return value, sigma, float(found[1]), math.sqrt(spread)
 

@@ -1,19 +1,21 @@
 #!/usr/bin/env pvpython
-"""A run as a scene of ParaView: particles in their shape and size, coloured by von Mises stress, with tools and boxes of levels.
+"""A run as a scene of ParaView: particles in their shape and size, coloured by von Mises stress, with tools
+and boxes of levels.
 
    pvpython post/paraview_scene.py [options] RUN
 
 paraview.pvsm   the state: `paraview RUN/paraview.pvsm` opens it, animated over the snapshots
-paraview.png    its picture at the last snapshot, drawn without a window (on a machine without a display: xvfb-run -a pvpython ...)
+paraview.png    its picture at the last snapshot, drawn without a window (on a machine without a display:
+xvfb-run -a pvpython ...)
 
    --frames       a picture of every snapshot too, paraview_<step>.png
    --no-picture   the state alone, which needs no display
 
-A particle is the parallelepiped of its `domain`, or the box of its `half_size`. The stress is the recovered one where the run has
-it. Tools without an end are drawn as far as half the size of the body; all are cut at symmetry sides. Pyramids and tools from files
-are shown from tools.xdmf (post/tool_surface.py), whole. Exit status 2, and one
-sentence, if the run is not one that can be drawn.
-"""
+A particle is the parallelepiped of its `domain`, or the box of its `half_size`. The stress is the recovered
+one where the run has it. Tools without an end are drawn as far as half the size of the body; all are cut at
+symmetry sides. Pyramids and tools from files are shown from tools.xdmf (post/tool_surface.py), whole. Exit
+status 2, and one sentence, if the run is not one that can be drawn."""
+
 import argparse
 import json
 import math
@@ -24,8 +26,12 @@ from pathlib import Path
 try:
     from paraview import servermanager, simple
 except ImportError:
-    print("paraview_scene.py is for ParaView's own Python: pvpython post/paraview_scene.py RUN (apt-get install paraview"
-          " python3-paraview)", file=sys.stderr)
+    print(
+        "paraview_scene.py is for ParaView's own Python: pvpython post/paraview_scene.py RUN (apt-get "
+        "install paraview"
+        " python3-paraview)",
+        file=sys.stderr,
+    )
     sys.exit(2)
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -49,7 +55,9 @@ def make(points, cells, kind):
 
 """
 
-PARTICLES = GRID + """
+PARTICLES = (
+    GRID
+    + """
 fields, centre = inputs[0].PointData, np.asarray(inputs[0].Points)
 n = len(centre)
 if "domain" in fields.keys():
@@ -61,8 +69,11 @@ make((centre[:, None] + np.einsum("ck,nki->nci", signs, edges)).reshape(-1, 3), 
 for name in fields.keys():
     output.CellData.append(fields[name], name)
 """
+)
 
-TOOL = GRID + """
+TOOL = (
+    GRID
+    + """
 history = np.loadtxt({path!r}, ndmin=2, comments=["TITLE", "VARIABLES", "ZONE", "AUXDATA"])
 at = [np.interp(inputs[0].FieldData["TimeValue"][0], history[:, 0], column) for column in history.T]
 tip, axis = np.array({tip}), np.array({axis})
@@ -78,12 +89,14 @@ number = np.arange(points.size // 3).reshape(points.shape[:2])
 cells = np.stack([number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]], axis=-1).reshape(-1, 4)
 make(points.reshape(-1, 3), cells, 9)
 """
+)
 
 
 def surface(tool, reach):
-    """The surface of a tool as a profile that is turned about the axis, or moved along a line: points of it (distance from the
-    axis, height above the tip; m), and for each place that it is put to the direction of the distance and a shift (m). Tools
-    without an end reach that far (m). None for a shape that is not known here."""
+    """The surface of a tool as a profile that is turned about the axis, or moved along a line: points of it
+    (distance from the axis, height above the tip; m), and for each place that it is put to the direction of
+    the distance and a shift (m). Tools without an end reach that far (m). None for a shape that is not known
+    here."""
     axis, shape = unit_axis(tool), tool["shape"][0]
     edge = np.array(tool.get("edge", [1.0, 0.0, 0.0] if abs(axis[0]) < 0.9 else [0.0, 1.0, 0.0]))
     edge = edge - edge.dot(axis) * axis
@@ -106,15 +119,24 @@ def surface(tool, reach):
     if shape == "cone":
         return np.array([[0, 0], [reach, reach / slope]]), round_ways, np.zeros((65, 3))
     if shape == "wedge":
-        return np.array([[-reach, reach / slope], [0, 0], [reach, reach / slope]]), np.array([across, across]), along
-    if shape == "berkovich": # corners lie opposite to the middles of the faces, twice as far from the axis
+        return (
+            np.array([[-reach, reach / slope], [0, 0], [reach, reach / slope]]),
+            np.array([across, across]),
+            along,
+        )
+    if shape == "berkovich":  # corners lie opposite to the middles of the faces, twice as far from the axis
         turn = math.pi * np.array([1, 3, 5, 7])[:, None] / 3
-        return np.array([[0, 0], [reach, reach / (2 * slope)]]), np.cos(turn) * edge + np.sin(turn) * across, np.zeros((4, 3))
+        return (
+            np.array([[0, 0], [reach, reach / (2 * slope)]]),
+            np.cos(turn) * edge + np.sin(turn) * across,
+            np.zeros((4, 3)),
+        )
     return None
 
 
 class Run:
-    """What a run has written: `case` (its scene), the times of its snapshots (s) by step, the names of their fields."""
+    """What a run has written: `case` (its scene), the times of its snapshots (s) by step, the names of their
+    fields."""
 
     def __init__(self, directory):
         self.directory = directory
@@ -125,13 +147,16 @@ class Run:
                 raise Unreadable(f"{directory}: there is no {name}: no run has written HDF5 snapshots there")
         self.case = read_namelists(directory / "case.nml")
         self.series = directory / "particles.hdf.series"
-        self.times = {int(file["name"].split("_")[1].split(".")[0]): file["time"]
-                      for file in json.loads(self.series.read_text())["files"]}
+        self.times = {
+            int(file["name"].split("_")[1].split(".")[0]): file["time"]
+            for file in json.loads(self.series.read_text())["files"]
+        }
         if not self.times:
             raise Unreadable(f"{directory}: the run has not written a snapshot yet")
 
     def sides(self):
-        """For each axis, whether the grid's lower and upper side are symmetry planes, and where these are (m)."""
+        """For each axis, whether the grid's lower and upper side are symmetry planes, and where these are
+        (m)."""
         grid = self.case["grid"][0]
         kinds = [kind == "symmetry" for kind in grid["boundary"]]
         return [((kinds[2 * i], grid["lower"][i]), (kinds[2 * i + 1], grid["upper"][i])) for i in range(3)]
@@ -146,7 +171,8 @@ def leaf(proxy):
 
 
 class Scene:
-    """The pipeline, and the view that shows it at the last snapshot: `particles`, `tools` and `levels` are its sources."""
+    """The pipeline, and the view that shows it at the last snapshot: `particles`, `tools` and `levels` are
+    its sources."""
 
     def __init__(self, run):
         self.run, self.last = run, list(run.times.values())[-1]
@@ -173,9 +199,15 @@ class Scene:
         names = self.snapshots.PointData.keys()
         self.field = next((name for name in ("von_mises_recovered", "von_mises") if name in names), None)
         if self.field is None:
-            raise Unreadable(f"{self.run.directory}: its snapshots have no von_mises; they have {', '.join(names)}")
-        self.particles = simple.ProgrammableFilter(registrationName="particles", Input=self.snapshots, Script=PARTICLES,
-                                                   OutputDataSetType="vtkUnstructuredGrid")
+            raise Unreadable(
+                f"{self.run.directory}: its snapshots have no von_mises; they have {', '.join(names)}"
+            )
+        self.particles = simple.ProgrammableFilter(
+            registrationName="particles",
+            Input=self.snapshots,
+            Script=PARTICLES,
+            OutputDataSetType="vtkUnstructuredGrid",
+        )
         self.particles.UpdatePipeline(self.last)
         grid = leaf(self.particles)
         if grid.GetNumberOfCells() == 0:
@@ -191,39 +223,62 @@ class Scene:
         colours.RescaleTransferFunction(0.0, largest if largest > 0 else 1.0)
         colours.AutomaticRescaleRangeMode = "Never"
         bar = simple.GetScalarBar(colours, self.view)
-        bar.Title, bar.ComponentTitle = f"{self.field.replace('_', ' ').replace('von mises', 'von Mises stress')} [Pa]", ""
+        bar.Title, bar.ComponentTitle = (
+            f"{self.field.replace('_', ' ').replace('von mises', 'von Mises stress')} [Pa]",
+            "",
+        )
         bar.TitleColor = bar.LabelColor = [0.0, 0.0, 0.0]
         shown.SetScalarBarVisibility(self.view, True)
 
     def draw_tool(self, tool, reach):
-        """The tool where its history has it at each time, cut at symmetry sides; None, with a word, for what cannot be drawn."""
+        """The tool where its history has it at each time, cut at symmetry sides; None, with a word, for what
+        cannot be drawn."""
         name = tool["name"][0]
         path = (self.run.directory / f"tool_{name}.dat").resolve()
         made = surface(tool, reach)
         if made is None and (self.run.directory / "tools.xdmf").is_file():
             return self.draw_other_tools()
         if made is None or not path.is_file() or History(path).rows == 0:
-            why = (f"there is no {path.name} with a row" if made is not None else
-                   f"for shape {tool['shape'][0]!r} post/tool_surface.py must have written tools.xdmf")
+            why = (
+                f"there is no {path.name} with a row"
+                if made is not None
+                else f"for shape {tool['shape'][0]!r} post/tool_surface.py must have written tools.xdmf"
+            )
             print(f"the tool {name} is not drawn: {why}", file=sys.stderr)
             return None
         profile, ways, shifts = (array.tolist() for array in made)
-        script = TOOL.format(path=str(path), tip=list(tool["tip"]), axis=unit_axis(tool).tolist(), profile=profile, ways=ways,
-                             shifts=shifts)
-        drawn = simple.ProgrammableFilter(registrationName=f"tool {name}", Input=self.snapshots, Script=script,
-                                          OutputDataSetType="vtkUnstructuredGrid", CopyArrays=0)
+        script = TOOL.format(
+            path=str(path),
+            tip=list(tool["tip"]),
+            axis=unit_axis(tool).tolist(),
+            profile=profile,
+            ways=ways,
+            shifts=shifts,
+        )
+        drawn = simple.ProgrammableFilter(
+            registrationName=f"tool {name}",
+            Input=self.snapshots,
+            Script=script,
+            OutputDataSetType="vtkUnstructuredGrid",
+            CopyArrays=0,
+        )
         for i, sides in enumerate(self.run.sides()):
             for (held, place), way in zip(sides, (1.0, -1.0)):
                 if held:
-                    drawn = simple.Clip(registrationName=f"{name} beyond {'xyz'[i]} = {place:g} m", Input=drawn, ClipType="Plane",
-                                        Invert=0)
+                    drawn = simple.Clip(
+                        registrationName=f"{name} beyond {'xyz'[i]} = {place:g} m",
+                        Input=drawn,
+                        ClipType="Plane",
+                        Invert=0,
+                    )
                     drawn.ClipType.Origin = [place if i == j else 0.0 for j in range(3)]
                     drawn.ClipType.Normal = [way if i == j else 0.0 for j in range(3)]
         shown = simple.Show(drawn, self.view)
         shown.ColorArrayName = ["POINTS", ""]  # one colour
         shown.DiffuseColor = shown.AmbientColor = [0.55, 0.57, 0.6]
         shown.Opacity = 0.5
-        shown.Position = (-2e-4 * reach * unit_axis(tool)).tolist()  # on the screen just above the faces that it presses
+        # on the screen just above the faces that it presses
+        shown.Position = (-2e-4 * reach * unit_axis(tool)).tolist()
         return drawn
 
     def draw_other_tools(self):
@@ -257,7 +312,8 @@ class Scene:
         shown.Color, shown.FontSize, shown.WindowLocation = [0.0, 0.0, 0.0], 20, "Upper Left Corner"
 
     def look(self):
-        """From where the first tool comes, into the symmetry sides, where the body is cut open; without perspective."""
+        """From where the first tool comes, into the symmetry sides, where the body is cut open; without
+        perspective."""
         tools = self.run.case.get("tool", [])
         up = -unit_axis(tools[0]) if tools else np.array([0.0, 0.0, 1.0])
         vertical = int(np.argmax(np.abs(up)))
@@ -283,9 +339,14 @@ class Scene:
         self.view.CameraFocalPoint = middle.tolist()
         self.view.CameraPosition = (middle + 3 * np.linalg.norm(np.ptp(self.bounds, axis=1)) * way).tolist()
         self.view.CameraViewUp = above.tolist()
-        self.view.CameraParallelScale = 0.65 * max(height, width * self.view.ViewSize[1] / self.view.ViewSize[0])
-        size = np.cbrt(np.prod(np.ptp(self.bounds, axis=1)) / self.particles.GetDataInformation().GetNumberOfCells())
-        if size > 12 * 2 * self.view.CameraParallelScale / self.view.ViewSize[1]:  # pixels that a particle takes
+        self.view.CameraParallelScale = 0.65 * max(
+            height, width * self.view.ViewSize[1] / self.view.ViewSize[0]
+        )
+        size = np.cbrt(
+            np.prod(np.ptp(self.bounds, axis=1)) / self.particles.GetDataInformation().GetNumberOfCells()
+        )
+        # pixels that a particle takes
+        if size > 12 * 2 * self.view.CameraParallelScale / self.view.ViewSize[1]:
             shown = simple.GetRepresentation(self.particles, self.view)
             shown.Representation, shown.EdgeColor = "Surface With Edges", [0.2, 0.2, 0.2]
 
@@ -305,16 +366,25 @@ class Scene:
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("run", type=Path)
     parser.add_argument("--frames", action="store_true")
     parser.add_argument("--no-picture", action="store_true")
     options = parser.parse_args()
     try:
         run = Run(options.run)
-        if not options.no_picture and vtkRenderWindow().IsA("vtkXOpenGLRenderWindow") and not os.environ.get("DISPLAY"):
-            raise Unreadable("there is no display to draw a picture on: take --no-picture, or say xvfb-run -a before pvpython"
-                             " (apt-get install xvfb xauth)")
+        if (
+            not options.no_picture
+            and vtkRenderWindow().IsA("vtkXOpenGLRenderWindow")
+            and not os.environ.get("DISPLAY")
+        ):
+            raise Unreadable(
+                "there is no display to draw a picture on: take --no-picture, or say xvfb-run -a before "
+                "pvpython"
+                " (apt-get install xvfb xauth)"
+            )
         scene = Scene(run)
         scene.state(run.directory / "paraview.pvsm")
         if options.no_picture:

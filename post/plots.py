@@ -3,9 +3,10 @@
 
    plots.py [options] RUN
 
-load_depth.png (or load_depth_NAME.png with several tools)  the load on the tool over its depth, for the full body, beside
-               half-space theory for its shape and any --finite-elements reference
-section.png    stress on a plane through the tool's axis, from the last particle file; the edges of levels as thin lines
+load_depth.png (or load_depth_NAME.png with several tools)  the load on the tool over its depth, for the full
+               body, beside half-space theory for its shape and any --finite-elements reference
+section.png    stress on a plane through the tool's axis, from the last particle file; the edges of levels as
+thin lines
 energy.png     the energies over time
 
    --finite-elements FILE.csv   a reference curve (may be repeated)
@@ -14,6 +15,7 @@ energy.png     the energies over time
 
 What a run did not write is not drawn; exit status 1 if there was nothing to draw.
 """
+
 import argparse
 import os
 import re
@@ -31,23 +33,44 @@ import indentation
 import tool_surface
 from run_data import History, Particles, Unreadable, carried, read_namelists
 
-plt.rcParams.update({
-    "figure.dpi": 150, "font.size": 9, "axes.titlesize": 10, "axes.grid": True, "grid.color": "0.9", "grid.linewidth": 0.6,
-    "axes.axisbelow": True, "axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False,
-    "lines.linewidth": 1.4,
-})
+plt.rcParams.update(
+    {
+        "figure.dpi": 150,
+        "font.size": 9,
+        "axes.titlesize": 10,
+        "axes.grid": True,
+        "grid.color": "0.9",
+        "grid.linewidth": 0.6,
+        "axes.axisbelow": True,
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+        "legend.frameon": False,
+        "lines.linewidth": 1.4,
+    }
+)
 
-prefixes = [(1e-12, "p"), (1e-9, "n"), (1e-6, "\N{MICRO SIGN}"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6, "M"), (1e9, "G")]
+prefixes = [
+    (1e-12, "p"),
+    (1e-9, "n"),
+    (1e-6, "\N{MICRO SIGN}"),
+    (1e-3, "m"),
+    (1.0, ""),
+    (1e3, "k"),
+    (1e6, "M"),
+    (1e9, "G"),
+]
 
 
-level_colors = ["C3", "C1", "C6", "C9", "0.6"] # stand out from the colours of the stress
+level_colors = ["C3", "C1", "C6", "C9", "0.6"]  # stand out from the colours of the stress
 
 
 def scaled(unit, *arrays):
     """The factor and the unit with the prefix that suit the largest finite magnitude: (1e-9, 'nm')."""
     finite = [np.abs(a[np.isfinite(a)]) for a in map(np.asarray, arrays)]
     largest = max((a.max() for a in finite if a.size), default=0.0)
-    factor, prefix = next(((f, p) for f, p in reversed(prefixes) if largest >= f), (1.0, "") if largest == 0 else prefixes[0])
+    factor, prefix = next(
+        ((f, p) for f, p in reversed(prefixes) if largest >= f), (1.0, "") if largest == 0 else prefixes[0]
+    )
     return factor, prefix + unit
 
 
@@ -80,7 +103,9 @@ class Run:
         return History(path) if path.is_file() else None
 
 
-# ---- load over depth ------------------------------------------------------------------------------------------------------------
+# ---- load over depth
+# ------------------------------------------------------------------------------------------------------------
+
 
 def draw_load_depth(run, options):
     drawn = False
@@ -96,28 +121,54 @@ def draw_load_depth(run, options):
 
 
 def load_curve(run, tool, history):
-    """Depth from first touch (m) and load against the tool's way (N), both of the full body, and the modelled share of it."""
+    """Depth from first touch (m) and load against the tool's way (N), both of the full body, and the modelled
+    share of it."""
     share = indentation.share_of_body(history)
     _, gap = indentation.indented_body(run.case, tool)
     depth = history["depth"] - gap
-    load = -sum(history[f"load_{axis}"] * direction for axis, direction in zip("xyz", indentation.unit_axis(tool))) / share
+    load = (
+        -sum(
+            history[f"load_{axis}"] * direction for axis, direction in zip("xyz", indentation.unit_axis(tool))
+        )
+        / share
+    )
     return depth, load, share
 
 
 def reference_curves(run, tool, depth, load, options):
-    """What the load is compared with: for each its label, depth (m), load (N), style, and how far the run is from it (`distance`)."""
+    """What the load is compared with: for each its label, depth (m), load (N), style, and how far the run is
+    from it (`distance`)."""
     curves = []
     smooth = np.linspace(0, max(np.nanmax(depth), 0), 300)
     theory = None if options.no_theory else indentation.half_space_theory(run.case, tool)
     if theory:
-        curves.append((theory[0], smooth, theory[1](smooth), dict(color="0.45", linestyle="--"), distance(depth, load, theory[1])))
+        curves.append(
+            (
+                theory[0],
+                smooth,
+                theory[1](smooth),
+                dict(color="0.45", linestyle="--"),
+                distance(depth, load, theory[1]),
+            )
+        )
     for path in options.finite_elements:
         reference_depth, reference_load = indentation.read_reference(path)
         known = depth <= reference_depth[-1] * (1 + 1e-12)
-        far = distance(depth[known], load[known], lambda d: np.interp(d, np.r_[0, reference_depth], np.r_[0, reference_load]))
+        far = distance(
+            depth[known],
+            load[known],
+            lambda d: np.interp(d, np.r_[0, reference_depth], np.r_[0, reference_load]),
+        )
         shown = reference_depth <= smooth[-1] * 1.02
-        curves.append((f"finite elements ({path.stem})", reference_depth[shown], reference_load[shown],
-                       dict(color="C1", marker="o", markersize=3.5, linestyle="none"), far))
+        curves.append(
+            (
+                f"finite elements ({path.stem})",
+                reference_depth[shown],
+                reference_load[shown],
+                dict(color="C1", marker="o", markersize=3.5, linestyle="none"),
+                far,
+            )
+        )
     return curves
 
 
@@ -147,12 +198,14 @@ def load_depth(run, tool, history, options):
 
 
 def model_text(share):
-    return {1.0: "", 0.5: ", half model x 2", 0.25: ", quarter model x 4"}.get(share, f", model x {1 / share:g}")
+    return {1.0: "", 0.5: ", half model x 2", 0.25: ", quarter model x 4"}.get(
+        share, f", model x {1 / share:g}"
+    )
 
 
 def distance(depth, load, reference):
-    """How far the load is from a curve over the second half of the depth range, while the tool goes in: mean and largest share
-    of the curve; None where it does not go in."""
+    """How far the load is from a curve over the second half of the depth range, while the tool goes in: mean
+    and largest share of the curve; None where it does not go in."""
     if depth.size == 0 or np.max(depth) <= 0:
         return None
     inwards = np.arange(depth.size) <= np.argmax(depth)
@@ -161,12 +214,16 @@ def distance(depth, load, reference):
     return np.mean(share), np.max(np.abs(share))
 
 
-# ---- stress section -------------------------------------------------------------------------------------------------------------
+# ---- stress section
+# ------------------------------------------------------------------------------------------------------------
+
 
 def von_mises(stress):
     """From the six components, normal ones first."""
     xx, yy, zz = stress[:, 0], stress[:, 1], stress[:, 2]
-    return np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3 * np.sum(stress[:, 3:] ** 2, axis=1))
+    return np.sqrt(
+        0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3 * np.sum(stress[:, 3:] ** 2, axis=1)
+    )
 
 
 def section_plane(run):
@@ -175,7 +232,7 @@ def section_plane(run):
         grid = run.case["grid"][0]
         point = 0.5 * (np.array(grid["lower"]) + np.array(grid["upper"]))
         sides = grid.get("boundary", ["free"])
-        if len(sides) == 6 and "symmetry" in sides[2:4]: # the middle of the whole
+        if len(sides) == 6 and "symmetry" in sides[2:4]:  # the middle of the whole
             point[1] = grid["lower" if sides[2] == "symmetry" else "upper"][1]
         return 0, 2, 1, point
     vertical = int(np.argmax(np.abs(indentation.unit_axis(run.tools[0]))))
@@ -195,23 +252,27 @@ def layer(particles, normal, plane):
 
 def half_sizes(particles):
     """Of the box around each particle's domain, along the axes."""
-    if "domain" in particles.fields: # half edges
+    if "domain" in particles.fields:  # half edges
         return np.abs(particles["domain"].reshape(-1, 3, 3)).sum(axis=1)
     size = particles["half_size"].reshape(particles.ids.size, -1)
     return np.broadcast_to(size, (particles.ids.size, 3))
 
 
 def snapshots_of(run):
-    """The run's own snapshots, in order: those that its index names, if it has one; older runs may have left others beside them."""
-    index = run.directory/"particles.xdmf"
+    """The run's own snapshots, in order: those that its index names, if it has one; older runs may have left
+    others beside them."""
+    index = run.directory / "particles.xdmf"
     if not index.exists():
         return sorted(run.directory.glob("particles_*.h5"), key=lambda path: int(path.stem.split("_")[1]))
-    return [run.directory/name for name in dict.fromkeys(re.findall(r"particles_\d+\.h5", index.read_text()))]
+    return [
+        run.directory / name for name in dict.fromkeys(re.findall(r"particles_\d+\.h5", index.read_text()))
+    ]
 
 
 class Section:
-    """The layer of particles on the section plane, what is drawn of it (`panels`: label and values of the layer) and from how near
-    (`views`: limits; the whole, and a close-up of the contact where that is much smaller)."""
+    """The layer of particles on the section plane, what is drawn of it (`panels`: label and values of the
+    layer) and from how near (`views`: limits; the whole, and a close-up of the contact where that is much
+    smaller)."""
 
     def __init__(self, run, particles):
         self.run, self.particles = run, particles
@@ -222,22 +283,31 @@ class Section:
         self.x, self.z = x, z = position[:, across], position[:, up]
         self.dx, self.dz = dx, dz = half[:, across], half[:, up]
         stress = particles.smooth_stress()[chosen]
-        self.panels = [(f"$\\sigma_{{{2 * 'xyz'[up]}}}$", stress[:, up], "Pa"), ("von Mises stress", von_mises(stress), "Pa")]
-        self.more = [(name.replace("_", " "), particles[name][chosen].reshape(-1), unit)
-                     for name, unit in (("plastic_strain", ""), ("temperature", "K"))
-                     if name in particles.fields and np.any(particles[name] != 0)]
+        self.panels = [
+            (f"$\\sigma_{{{2 * 'xyz'[up]}}}$", stress[:, up], "Pa"),
+            ("von Mises stress", von_mises(stress), "Pa"),
+        ]
+        self.more = [
+            (name.replace("_", " "), particles[name][chosen].reshape(-1), unit)
+            for name, unit in (("plastic_strain", ""), ("temperature", "K"))
+            if name in particles.fields and np.any(particles[name] != 0)
+        ]
         whole = [np.min(x - dx), np.max(x + dx), np.min(z - dz), np.max(z + dz)]
-        if run.tools: # some room for the tool
+        if run.tools:  # some room for the tool
             room = 0.08 * (whole[3] - whole[2])
             down = indentation.unit_axis(run.tools[0])[up] < 0
             whole = whole[:2] + ([whole[2], whole[3] + room] if down else [whole[2] - room, whole[3]])
         close = close_up(run, particles, whole, self.point[[across, up]], across, up)
         self.views = [whole] if close is None else [whole, close]
         self.factor, self.unit = scaled("m", [whole[1] - whole[0], whole[3] - whole[2]])
-        self.squares = np.stack([np.stack([x + i * dx, z + k * dz], axis=1) for i, k in ((-1, -1), (1, -1), (1, 1), (-1, 1))], axis=1)
+        self.squares = np.stack(
+            [np.stack([x + i * dx, z + k * dz], axis=1) for i, k in ((-1, -1), (1, -1), (1, 1), (-1, 1))],
+            axis=1,
+        )
 
     def limits(self, values):
-        """Range of the part that matters, without the few extremes at the rim of the contact; 0 belongs to it."""
+        """Range of the part that matters, without the few extremes at the rim of the contact; 0 belongs to
+        it."""
         left, right, bottom, top = self.views[-1]
         near = (self.x >= left) & (self.x <= right) & (self.z >= bottom) & (self.z <= top)
         low, high = np.nanpercentile(np.r_[values[near], 0.0], [0.2, 99.8])
@@ -248,16 +318,27 @@ class Section:
         across, up, normal, factor = self.across, self.up, self.normal, self.factor
         low, high = self.limits(values)
         value_factor, value_unit = scaled(unit, [low, high]) if unit == "Pa" else (1.0, unit)
-        drawn = PolyCollection(self.squares / factor, array=values / value_factor, cmap="viridis",
-                               edgecolors="face", linewidths=0.8) # edges cover hairlines
+        # edges cover hairlines
+        drawn = PolyCollection(
+            self.squares / factor,
+            array=values / value_factor,
+            cmap="viridis",
+            edgecolors="face",
+            linewidths=0.8,
+        )
         drawn.set_clim(low / value_factor, high / value_factor)
         drawn.set_rasterized(True)
         ax.add_collection(drawn)
         edges = draw_levels(ax, self.particles, self.point, (across, up, normal), self.views[0], factor)
         draw_tools(self.run, ax, self.particles.time, across, up, factor)
         draw_cut_tools(self.run, ax, self.particles.time, (across, up, normal), self.point[normal], factor)
-        ax.set(xlim=np.array(view[:2]) / factor, ylim=np.array(view[2:]) / factor, aspect="equal",
-               xlabel=f"{'xyz'[across]} [{self.unit}]", ylabel=f"{'xyz'[up]} [{self.unit}]")
+        ax.set(
+            xlim=np.array(view[:2]) / factor,
+            ylim=np.array(view[2:]) / factor,
+            aspect="equal",
+            xlabel=f"{'xyz'[across]} [{self.unit}]",
+            ylabel=f"{'xyz'[up]} [{self.unit}]",
+        )
         ax.grid(False)
         return drawn, value_unit, edges
 
@@ -265,8 +346,10 @@ class Section:
     def place(self):
         """Where and when, in words."""
         time_factor, time_unit = scaled("s", [self.particles.time])
-        return (f"section {'xyz'[self.normal]} = {self.point[self.normal] / self.factor:.4g} {self.unit} "
-                f"at {self.particles.time / time_factor:.4g} {time_unit}")
+        return (
+            f"section {'xyz'[self.normal]} = {self.point[self.normal] / self.factor:.4g} {self.unit} "
+            f"at {self.particles.time / time_factor:.4g} {time_unit}"
+        )
 
 
 def last_particles(run, options):
@@ -285,13 +368,26 @@ def draw_section(run, options):
     section = Section(run, particles)
     views = section.views
     heights = [min(max(4.0 * (view[3] - view[2]) / (view[1] - view[0]), 1.8), 6.0) for view in views]
-    figure, axes = plt.subplots(len(views), 2, squeeze=False, layout="constrained", figsize=(9.0, 1.4 + sum(heights)),
-                                height_ratios=heights)
+    figure, axes = plt.subplots(
+        len(views),
+        2,
+        squeeze=False,
+        layout="constrained",
+        figsize=(9.0, 1.4 + sum(heights)),
+        height_ratios=heights,
+    )
     for column, (label, values, unit) in enumerate(section.panels):
         for row, view in enumerate(views):
             drawn, value_unit, edges = section.draw(axes[row][column], values, unit, view)
-        figure.colorbar(drawn, ax=axes[:, column], label=f"{label} [{value_unit}]", extend="both",
-                        location="top", shrink=0.8, aspect=40)
+        figure.colorbar(
+            drawn,
+            ax=axes[:, column],
+            label=f"{label} [{value_unit}]",
+            extend="both",
+            location="top",
+            shrink=0.8,
+            aspect=40,
+        )
     if edges:
         figure.legend(handles=edges, loc="outside lower center", ncols=len(edges))
     figure.suptitle(f"{run.title}\n{section.place}", fontsize=10)
@@ -300,8 +396,8 @@ def draw_section(run, options):
 
 
 def draw_levels(ax, particles, point, axes, whole, factor):
-    """Where the plane cuts the sides of the boxes of levels in the coarsest one; returns the lines, for the legend, of those that
-    pass through the whole section."""
+    """Where the plane cuts the sides of the boxes of levels in the coarsest one; returns the lines, for the
+    legend, of those that pass through the whole section."""
     across, up, normal = axes
     lines = []
     for n, (low, high) in enumerate(particles.boxes[1:], 2):
@@ -309,8 +405,13 @@ def draw_levels(ax, particles, point, axes, whole, factor):
             continue
         left, right, bottom, top = low[across], high[across], low[up], high[up]
         label = f"level {n}: cells of {length_text(particles.cells[n - 1])}"
-        line = ax.plot(np.array([left, right, right, left, left]) / factor, np.array([bottom, bottom, top, top, bottom]) / factor,
-                       color=level_colors[(n - 2) % len(level_colors)], linewidth=0.8, label=label)
+        line = ax.plot(
+            np.array([left, right, right, left, left]) / factor,
+            np.array([bottom, bottom, top, top, bottom]) / factor,
+            color=level_colors[(n - 2) % len(level_colors)],
+            linewidth=0.8,
+            label=label,
+        )
         apart = right < whole[0] or left > whole[1] or top < whole[2] or bottom > whole[3]
         around = left < whole[0] and right > whole[1] and bottom < whole[2] and top > whole[3]
         if not (apart or around):
@@ -347,7 +448,8 @@ def close_up(run, particles, whole, tip, across, up):
 
 
 def where(tool, history, time, places):
-    """Where places of a tool's outline (n x 3, m, as at the start) are at a time. Round tools look the same however they turn."""
+    """Where places of a tool's outline (n x 3, m, as at the start) are at a time. Round tools look the same
+    however they turn."""
     axis = indentation.unit_axis(tool)
     if tool["shape"][0] not in ("sphere", "cylinder"):
         return carried(history, axis, time, places)
@@ -361,9 +463,12 @@ def draw_tools(run, ax, time, across, up, factor):
         if abs(axis[up]) < 0.999:
             continue
         edge = np.array(tool.get("edge", [1.0, 0.0, 0.0]))
-        round_here = tool["shape"][0] == "cylinder" and abs(edge[3 - across - up]) > 0.999 * np.linalg.norm(edge)
-        outline = indentation.tool_outline(dict(tool, shape=["sphere"]) if round_here else tool,
-                                           1e3 * run.case["grid"][0]["cell_size"][0])
+        round_here = tool["shape"][0] == "cylinder" and abs(edge[3 - across - up]) > 0.999 * np.linalg.norm(
+            edge
+        )
+        outline = indentation.tool_outline(
+            dict(tool, shape=["sphere"]) if round_here else tool, 1e3 * run.case["grid"][0]["cell_size"][0]
+        )
         if outline is None:
             continue
         history = run.tool_history(tool)
@@ -383,13 +488,17 @@ def draw_cut_tools(run, ax, time, axes, plane, factor):
         known = indentation.tool_outline(tool, 1.0) is not None
         if known and abs(indentation.unit_axis(tool)[up]) >= 0.999:
             continue
-        for _, axis, found, history in tool_surface.tools_of(run.directory, {"tool": [tool]}, tool_surface.reach_of(run.case)):
+        for _, axis, found, history in tool_surface.tools_of(
+            run.directory, {"tool": [tool]}, tool_surface.reach_of(run.case)
+        ):
             there = carried(history, axis, time, found.reshape(-1, 3)).reshape(-1, 3, 3)
             lines = tool_surface.section(there, normal, plane)[:, :, [across, up]] / factor
             ax.add_collection(LineCollection(lines, colors="0.25", linewidths=1.0), autolim=False)
 
 
-# ---- energies -------------------------------------------------------------------------------------------------------------------
+# ---- energies
+# ------------------------------------------------------------------------------------------------------------
+
 
 def draw_energy(run, options):
     path = run.directory / "energy.dat"
@@ -406,18 +515,27 @@ def energies(run, history):
     errors = ["balance_error"] if "balance_error" in history.columns else []
     time_factor, time_unit = scaled("s", history["time"])
     factor, unit = scaled("J", *(history[name] for name in kinds))
-    figure, axes = plt.subplots(2 if errors else 1, 1, squeeze=False, sharex=True, figsize=(5.6, 4.8 if errors else 3.6),
-                                layout="constrained", height_ratios=[3, 1][:2 if errors else 1])
+    figure, axes = plt.subplots(
+        2 if errors else 1,
+        1,
+        squeeze=False,
+        sharex=True,
+        figsize=(5.6, 4.8 if errors else 3.6),
+        layout="constrained",
+        height_ratios=[3, 1][: 2 if errors else 1],
+    )
     for name in kinds:
         if np.any(history[name] != 0):
-            axes[0][0].plot(history["time"] / time_factor, history[name] / factor, label=name.replace("_", " "))
+            axes[0][0].plot(
+                history["time"] / time_factor, history[name] / factor, label=name.replace("_", " ")
+            )
     axes[0][0].set(ylabel=f"energy [{unit}]", title=run.title)
     axes[0][0].legend()
     if errors:
         # Relative to the largest energy so far: while nothing has moved yet it says nothing
         error = 100 * history["balance_error"]
         axes[1][0].plot(history["time"] / time_factor, error, color="C3")
-        largest = np.nanmax(np.abs(error[error.size // 5:]))
+        largest = np.nanmax(np.abs(error[error.size // 5 :]))
         axes[1][0].set(ylabel="balance error [%]", ylim=(-1.2 * largest or -1.0, 1.2 * largest or 1.0))
     axes[-1][0].set(xlabel=f"time [{time_unit}]")
     figure.align_ylabels()
@@ -425,7 +543,9 @@ def energies(run, history):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("run", type=Path)
     parser.add_argument("--finite-elements", type=Path, action="append", default=[])
     parser.add_argument("--no-theory", action="store_true")

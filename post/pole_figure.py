@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""The texture of crystals in a snapshot: pole figures, and how much of the material lies near the rolling components of fcc metals.
+"""The texture of crystals in a snapshot: pole figures, and how much of the material lies near the rolling
+components of fcc metals.
 
    pole_figure.py [options] RUN      RUN/pole_figure.png, and a table
 
@@ -10,9 +11,10 @@
    --normal z          axis across the sheet (default z)
    --within 15         degrees: an orientation so near to a component counts as it
 
-Equal-area projection of the upper half of the sphere, normal in the middle, rolling direction to the right. Densities are multiples of
-what orientations without order have. Components are given with all variants that a sheet's three mirror planes make of them.
-"""
+Equal-area projection of the upper half of the sphere, normal in the middle, rolling direction to the right.
+Densities are multiples of what orientations without order have. Components are given with all variants that a
+sheet's three mirror planes make of them."""
+
 import argparse
 import sys
 from itertools import permutations, product
@@ -23,22 +25,42 @@ import numpy as np
 from run_data import Particles, Unreadable, read_namelists
 
 # plane of the sheet, rolling direction
-COMPONENTS = {"copper": ((1, 1, 2), (1, 1, -1)), "brass": ((0, 1, 1), (2, 1, -1)), "S": ((1, 2, 3), (6, 3, -4)),
-              "Goss": ((0, 1, 1), (1, 0, 0)), "cube": ((0, 0, 1), (1, 0, 0))}
+COMPONENTS = {
+    "copper": ((1, 1, 2), (1, 1, -1)),
+    "brass": ((0, 1, 1), (2, 1, -1)),
+    "S": ((1, 2, 3), (6, 3, -4)),
+    "Goss": ((0, 1, 1), (1, 0, 0)),
+    "cube": ((0, 0, 1), (1, 0, 0)),
+}
 
 
 def cube_rotations():
     """The 24 rotations of a cube, as matrices."""
-    return np.array([turn for order in permutations(range(3)) for signs in product((1, -1), repeat=3)
-                     for turn in [np.eye(3)[list(order)] * np.array(signs)[:, None]] if np.linalg.det(turn) > 0])
+    return np.array(
+        [
+            turn
+            for order in permutations(range(3))
+            for signs in product((1, -1), repeat=3)
+            for turn in [np.eye(3)[list(order)] * np.array(signs)[:, None]]
+            if np.linalg.det(turn) > 0
+        ]
+    )
 
 
 def matrices(quaternions):
     """(n, 3, 3): columns are where the crystal's axes point."""
     w, x, y, z = np.moveaxis(quaternions / np.linalg.norm(quaternions, axis=1)[:, None], 1, 0)
-    return np.moveaxis(np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                                 [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                                 [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]), 2, 0)
+    return np.moveaxis(
+        np.array(
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+            ]
+        ),
+        2,
+        0,
+    )
 
 
 def component(plane, direction):
@@ -46,9 +68,14 @@ def component(plane, direction):
     n, r = (np.array(v) / np.linalg.norm(v) for v in (plane, direction))
     ideal = np.array([r, np.cross(n, r), n])  # takes the crystal's components to the sheet's
     found = []
-    for a, b in product((1, -1), repeat=2):  # turned by half a turn about the sheet's axes, and its mirror images: those of cubes
+    # turned by half a turn about the sheet's axes, and its mirror images: those of cubes
+    for a, b in product((1, -1), repeat=2):
         for mirror in (1, -1):  # are rotations again
-            turn = np.diag([a, b, a * b]) @ ideal if mirror == 1 else np.diag([-a, b, a * b]) @ ideal @ -np.eye(3)
+            turn = (
+                np.diag([a, b, a * b]) @ ideal
+                if mirror == 1
+                else np.diag([-a, b, a * b]) @ ideal @ -np.eye(3)
+            )
             if not any(misorientation(turn[None], other)[0] < 1e-6 for other in found):
                 found.append(turn)
     return np.array(found)
@@ -68,13 +95,20 @@ def fractions(turns, weights, within):
         variants = component(plane, direction)
         near = np.min([misorientation(turns, one) for one in variants], axis=0) < within
         # a ball of that angle about one of the 24 alike has (angle - sin angle)/pi of all rotations
-        found[name] = float(weights[near].sum() / weights.sum()), len(variants) * 24 * (within - np.sin(within)) / np.pi
+        found[name] = (
+            float(weights[near].sum() / weights.sum()),
+            len(variants) * 24 * (within - np.sin(within)) / np.pi,
+        )
     return found
 
 
 def poles(turns, family):
     """Unit vectors (n, m, 3) of a family of planes in the sheet's frame, one of each pair."""
-    members = {tuple(s * v for s, v in zip(signs, order)) for order in permutations(family) for signs in product((1, -1), repeat=3)}
+    members = {
+        tuple(s * v for s, v in zip(signs, order))
+        for order in permutations(family)
+        for signs in product((1, -1), repeat=3)
+    }
     members = np.array(sorted(m for m in members if m > tuple(-x for x in m)), dtype=float)
     return np.einsum("nij,mj->nmi", turns, members / np.linalg.norm(members[0]))
 
@@ -113,10 +147,15 @@ def load(run, options):
     """Orientations in the sheet's frame, volumes and time of a snapshot."""
     paths = sorted(run.glob("particles_*.h5"))
     if not paths or not -len(paths) <= options.snapshot < len(paths):
-        raise Unreadable(f"{run}: there are {len(paths)} snapshots particles_*.h5, and no number {options.snapshot}")
+        raise Unreadable(
+            f"{run}: there are {len(paths)} snapshots particles_*.h5, and no number {options.snapshot}"
+        )
     rows = Particles(paths[options.snapshot])
     if "orientation" not in rows.fields:
-        raise Unreadable(f"{paths[options.snapshot]}: its particles have no orientation: no material is cubic, orthotropic or crystal")
+        raise Unreadable(
+            f"{paths[options.snapshot]}: its particles have no orientation: no material is cubic, "
+            "orthotropic or crystal"
+        )
     used = np.ones(len(rows.ids), dtype=bool)
     if options.material:
         bodies = read_namelists(run / "case.nml")["body"]
@@ -138,7 +177,9 @@ def draw(path, turns, volumes, family, time):
     points = projected(found.reshape(-1, 3))
     middle, values = density(points, np.repeat(volumes, found.shape[1]))
     figure, axes = plt.subplots(figsize=(6, 5))
-    shown = axes.contourf(middle, middle, values.T, levels=np.linspace(0, max(2.0, np.nanmax(values)), 21), cmap="viridis")
+    shown = axes.contourf(
+        middle, middle, values.T, levels=np.linspace(0, max(2.0, np.nanmax(values)), 21), cmap="viridis"
+    )
     figure.colorbar(shown, label="multiples of a random density")
     for (name, (plane, direction)), mark in zip(COMPONENTS.items(), "os^Dv"):
         if name in ("copper", "brass", "S"):
@@ -155,7 +196,9 @@ def draw(path, turns, volumes, family, time):
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("run", type=Path)
     parser.add_argument("--snapshot", type=int, default=-1)
     parser.add_argument("--pole", default="111")
@@ -170,9 +213,12 @@ def main(arguments=None):
         if options.rolling == options.normal:
             raise Unreadable("--rolling and --normal must be two axes")
         turns, volumes, time = load(options.run, options)
-        print(f"{len(turns)} orientations at {time:.4g} s; shares of the volume within {options.within:g} degrees of")
+        print(
+            f"{len(turns)} orientations at {time:.4g} s; shares of the volume within {options.within:g} "
+            "degrees of"
+        )
         for name, (share, chance) in fractions(turns, volumes, np.radians(options.within)).items():
-            print(f"   {name:8s} {100*share:6.2f} %, {share/chance:5.2f} times a random share")
+            print(f"   {name:8s} {100 * share:6.2f} %, {share / chance:5.2f} times a random share")
         draw(options.run / "pole_figure.png", turns, volumes, [int(d) for d in options.pole], time)
         print(options.run / "pole_figure.png")
         return 0

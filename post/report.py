@@ -73,7 +73,9 @@ class Report:
             raise NoRun(f"{directory}: no such directory")
         wanted = ("case.nml", "run.log", "energy.dat", "cost.dat", "tool_*.dat", "probe_*.dat", "particles_*")
         if not any(any(directory.glob(pattern)) for pattern in wanted):
-            raise NoRun(f"{directory}: there is no run in it, for it has neither case.nml nor run.log nor any result")
+            raise NoRun(
+                f"{directory}: there is no run in it, for it has neither case.nml nor run.log nor any result"
+            )
         self.problems, self.missing, self.drawn = [], [], []  # the pictures that the page has
         self.run = plots.Run(directory, self.read("case.nml", read_namelists) or {})
         said = self.read("run.log", lambda path: path.read_text(errors="replace"))
@@ -86,14 +88,16 @@ class Report:
             if history is not None and history.rows:
                 self.tools[tool["name"][0]] = (tool, history)
         self.probes = {
-            probe["name"][0]: self.read(f"probe_{probe['name'][0]}.dat", History) for probe in self.run.case.get("probe", [])
+            probe["name"][0]: self.read(f"probe_{probe['name'][0]}.dat", History)
+            for probe in self.run.case.get("probe", [])
         }
         self.particles, self.snapshot = None, None
         self.find_particles()
         self.state = self.log.state if self.log else "none"
 
     def read(self, name, how):
-        """A file of the run by a reader; None, and a word on the page, where it is not there or not what it should be."""
+        """A file of the run by a reader; None, and a word on the page, where it is not there or not what it
+        should be."""
         path = self.directory / name
         if not path.is_file():
             self.missing.append(name)
@@ -116,7 +120,9 @@ class Report:
                     + (
                         "the run wrote Tecplot snapshots only (formats='tecplot')"
                         if tecplot
-                        else f"the scene has formats='{formats[0]}'" if "hdf5" not in formats else "the run wrote no snapshot"
+                        else f"the scene has formats='{formats[0]}'"
+                        if "hdf5" not in formats
+                        else "the run wrote no snapshot"
                     )
                 )
                 return
@@ -128,17 +134,21 @@ class Report:
             others = len(set(self.directory.glob("particles_*.h5")) - set(mine))
             if others:
                 self.problems.append(
-                    f"{others} particle files here are not in the run's index: they are of an earlier run, " "and are not drawn"
+                    f"{others} particle files here are not in the run's index: they are of an earlier run, "
+                    "and are not drawn"
                 )
         except (Unreadable, OSError, KeyError, ValueError) as error:
             self.problems.append(f"particles cannot be read: {error}")
 
     def attempt(self, what, make):
-        """What make gives; an empty list, and a word on the page, where what the run wrote lacks something."""
+        """What make gives; an empty list, and a word on the page, where what the run wrote lacks
+        something."""
         try:
             return make()
         except (Unreadable, KeyError, IndexError, ValueError, StopIteration) as error:
-            reason = f"what the run wrote lacks {error}" if isinstance(error, (KeyError, IndexError)) else error
+            reason = (
+                f"what the run wrote lacks {error}" if isinstance(error, (KeyError, IndexError)) else error
+            )
             self.problems.append(f"{what} could not be made: {reason}")
             return []
 
@@ -153,11 +163,13 @@ class Report:
 
     def worth(self):
         return self.attempt(
-            "the verdicts", lambda: judge(self.log, self.notes, self.energy, [one for _, one in self.tools.values()])
+            "the verdicts",
+            lambda: judge(self.log, self.notes, self.energy, [one for _, one in self.tools.values()]),
         )
 
 
-# ---- numbers in words -----------------------------------------------------------------------------------------------------------
+# ---- numbers in words
+# ------------------------------------------------------------------------------------------------------------
 
 
 def si(value, unit, digits=4):
@@ -184,7 +196,8 @@ def written(value):
     return power if len(power) < len(plain) else plain.replace("e-0", "e-")
 
 
-# ---- parts of the page ----------------------------------------------------------------------------------------------------------
+# ---- parts of the page
+# ------------------------------------------------------------------------------------------------------------
 
 
 def heading(report):
@@ -252,7 +265,9 @@ def warnings(report, rows):
         ("energy.dat", report.energy),
         *((f"tool_{name}.dat", one) for name, (_, one) in report.tools.items()),
     ]:
-        if history is not None and not all(np.all(np.isfinite(column)) for column in history.columns.values()):
+        if history is not None and not all(
+            np.all(np.isfinite(column)) for column in history.columns.values()
+        ):
             alarms.append(("bad", f"{name} holds values that are not finite"))
     alarms += [("bad", problem) for problem in report.problems]
     alarms += [
@@ -285,7 +300,9 @@ def described():
 def scene(report):
     if not report.run.case:
         return section(
-            "scene", "What was simulated", tag("p", "case.nml, which has every value used, is not there or cannot be read.")
+            "scene",
+            "What was simulated",
+            tag("p", "case.nml, which has every value used, is not there or cannot be read."),
         )
     try:
         known = described()
@@ -300,7 +317,9 @@ def scene(report):
                 unit, meaning = known.get((group, name), ("", ""))
                 numbers = [value for value in values if isinstance(value, float)]
                 value = tag(
-                    "span", f"{', '.join(map(written, values))}{' ' + unit if unit and numbers else ''}", class_="value"
+                    "span",
+                    f"{', '.join(map(written, values))}{' ' + unit if unit and numbers else ''}",
+                    class_="value",
                 )
                 if numbers and unit in ("m", "s", "Pa", "N", "m/s") and any(numbers):
                     factor, scaled = plots.scaled(unit, numbers)
@@ -310,7 +329,9 @@ def scene(report):
                                 value,
                                 " ",
                                 tag(
-                                    "span", f"= {', '.join(f'{one / factor:.6g}' for one in numbers)} {scaled}", class_="quiet"
+                                    "span",
+                                    f"= {', '.join(f'{one / factor:.6g}' for one in numbers)} {scaled}",
+                                    class_="quiet",
                                 ),
                             ]
                         )
@@ -320,7 +341,11 @@ def scene(report):
                 tag(
                     "details",
                     tag("summary", f"{which}{' ' + repr(one['name'][0]) if 'name' in one else ''}"),
-                    table(f"{which}, all values used, defaults included", ["variable", "value", ("meaning", "meaning")], rows),
+                    table(
+                        f"{which}, all values used, defaults included",
+                        ["variable", "value", ("meaning", "meaning")],
+                        rows,
+                    ),
                     open="",
                 )
             )
@@ -334,11 +359,13 @@ def scene(report):
 
 
 def charts_and_stills(report):
-    """The charts of tools, energies and probes, each with a picture for readers without scripts, and the sentences beside them."""
+    """The charts of tools, energies and probes, each with a picture for readers without scripts, and the
+    sentences beside them."""
     specs, stills, words = [], {}, []
     for name, (tool, history) in report.tools.items():
         made = report.attempt(
-            f"the load on the tool {name}", lambda: report_charts.tool(report.run, tool, history, report.options)
+            f"the load on the tool {name}",
+            lambda: report_charts.tool(report.run, tool, history, report.options),
         )
         if made:
             specs.append(made[0])
@@ -358,7 +385,9 @@ def charts_and_stills(report):
                 "the energies", lambda: [report_pictures.energies(report.run, report.energy)]
             )
             report.drawn += stills["chart-energy"]
-    probes = {name: history for name, history in report.probes.items() if history is not None and history.rows}
+    probes = {
+        name: history for name, history in report.probes.items() if history is not None and history.rows
+    }
     if probes:
         specs += report.attempt("the probes", lambda: [report_charts.probes(probes)])
     return specs, stills, words
@@ -370,10 +399,12 @@ def histories(specs, stills, words):
     figures = []
     for spec in specs:
         still = [tag("noscript", image(picture)) for picture in stills.get(spec["id"], [])]
-        figures.append(tag("figure", *still, tag("figcaption", caption_of(spec)), class_="chart", id=spec["id"]))
+        figures.append(
+            tag("figure", *still, tag("figcaption", caption_of(spec)), class_="chart", id=spec["id"])
+        )
     how = (
-        "Point at a curve to read it, or use the arrow keys. Drag a box to zoom in (a flat one zooms along one axis); "
-        "double-click or press 0 to see the whole."
+        "Point at a curve to read it, or use the arrow keys. Drag a box to zoom in (a flat one zooms along "
+        "one axis); double-click or press 0 to see the whole."
     )
     return section(
         "curves",
@@ -386,7 +417,9 @@ def histories(specs, stills, words):
 
 def caption_of(spec):
     if spec["id"].startswith("chart-tool"):
-        return "Load along the tool's axis, from the tool's history; theory and references where there are any."
+        return (
+            "Load along the tool's axis, from the tool's history; theory and references where there are any."
+        )
     if spec["id"] == "chart-energy":
         return "Sums over the modelled part, from energy.dat."
     return "Each probe follows the particle that was nearest to it at the start."
@@ -405,7 +438,9 @@ def pictures(report):
             ),
         )
     cut = report.attempt("the section", lambda: list(report_pictures.section(report.run, report.particles)))
-    top = report.attempt("the surface from above", lambda: list(report_pictures.surface(report.run, report.particles)))
+    top = report.attempt(
+        "the surface from above", lambda: list(report_pictures.surface(report.run, report.particles))
+    )
     report.drawn += cut + top
     return section(
         "pictures",
@@ -421,11 +456,18 @@ def pictures(report):
 def time_spent(report):
     if report.cost is None:
         return section(
-            "time", "Where the time went", tag("p", "cost.dat is not there: it is written where a run ends by itself.")
+            "time",
+            "Where the time went",
+            tag("p", "cost.dat is not there: it is written where a run ends by itself."),
         )
     cost, rows = report.cost, []
-    share, names = cost["share of elapsed time"], [cost.notes.get(f"phase_{n + 1}", str(n + 1)) for n in range(cost.rows)]
-    shown = sorted((n for n in range(cost.rows) if share[n] > 0 and names[n] != "all"), key=lambda n: -share[n])
+    share, names = (
+        cost["share of elapsed time"],
+        [cost.notes.get(f"phase_{n + 1}", str(n + 1)) for n in range(cost.rows)],
+    )
+    shown = sorted(
+        (n for n in range(cost.rows) if share[n] > 0 and names[n] != "all"), key=lambda n: -share[n]
+    )
     for n in shown:
         rows.append(
             (
@@ -454,7 +496,9 @@ def time_spent(report):
         ),
         tag(
             "figure",
-            table("Wall-clock time by phase, since the program was last started; from cost.dat", columns, rows),
+            table(
+                "Wall-clock time by phase, since the program was last started; from cost.dat", columns, rows
+            ),
             id="time-bars",
         ),
     )
@@ -465,7 +509,11 @@ def worth_section(rows):
         return section(
             "worth",
             "What the accuracy is worth",
-            tag("p", "The run ended without the figures that its accuracy is judged by (closing summary, cost.dat)."),
+            tag(
+                "p",
+                "The run ended without the figures that its accuracy is judged by (closing summary, "
+                "cost.dat).",
+            ),
         )
     kinds = {"good": "good", look: "look", "compare": "info"}
     made = [
@@ -482,8 +530,10 @@ def worth_section(rows):
         "worth",
         "What the accuracy is worth",
         table(
-            "The run's own figures beside their limits (doc/user/output.md, How to judge a run). They say whether the equations "
-            "were solved well on this grid; how far the grid is from the continuum, a second run on other cells says.",
+            "The run's own figures beside their limits (doc/user/output.md, How to judge a run). They say "
+            "whether the equations "
+            "were solved well on this grid; how far the grid is from the continuum, a second run on other "
+            "cells says.",
             ["quantity", "value", "verdict", "good", "to do"],
             made,
             class_="stack",
@@ -512,7 +562,9 @@ def hardness(report):
         )
         for name, value in data.items()
     ]
-    return section("hardness", "Hardness", table("From hardness.json (make hardness)", ["quantity", "value"], rows))
+    return section(
+        "hardness", "Hardness", table("From hardness.json (make hardness)", ["quantity", "value"], rows)
+    )
 
 
 def repeat(report):
@@ -544,20 +596,35 @@ def repeat(report):
     rows.append(("began", began or "the run does not say"))
     if log and log.starts > 1:
         rows.append(
-            ("starts", f"{log.starts}: the run went on from checkpoints; the figures of its time are those of the last start")
+            (
+                "starts",
+                f"{log.starts}: the run went on from checkpoints; the figures of its time are those of the "
+                "last start",
+            )
         )
     if case.is_file():
         rows.append(("case.nml, SHA-256", tag("code", hashlib.sha256(case.read_bytes()).hexdigest())))
-    rows.append(("this page", f"made {datetime.datetime.now().isoformat(sep=' ', timespec='seconds')} by post/report.py"))
+    rows.append(
+        (
+            "this page",
+            f"made {datetime.datetime.now().isoformat(sep=' ', timespec='seconds')} by post/report.py",
+        )
+    )
     files = sorted(
         path
         for path in report.directory.iterdir()
         if path.is_file() and path.name != "report.html" and not path.name.startswith(".")
     )
     listing = table(
-        "Files of the run", ["file", ("size", "number")], [(path.name, si(path.stat().st_size, "B")) for path in files]
+        "Files of the run",
+        ["file", ("size", "number")],
+        [(path.name, si(path.stat().st_size, "B")) for path in files],
     )
-    said = [tag("details", tag("summary", "run.log, the last start"), tag("pre", "\n".join(log.last)))] if log else []
+    said = (
+        [tag("details", tag("summary", "run.log, the last start"), tag("pre", "\n".join(log.last)))]
+        if log
+        else []
+    )
     return section(
         "repeat",
         "How to repeat it",
@@ -572,7 +639,13 @@ def build(directory, options):
     report = Report(directory, options)
     rows = report.worth()
     specs, stills, words = charts_and_stills(report)
-    middle = [pictures(report), histories(specs, stills, words), hardness(report), time_spent(report), worth_section(rows)]
+    middle = [
+        pictures(report),
+        histories(specs, stills, words),
+        hardness(report),
+        time_spent(report),
+        worth_section(rows),
+    ]
     parts = [scene(report), *middle, repeat(report)]
     parts.insert(0, warnings(report, rows))  # last made, for the others may have found what is missing
     parts = [part for part in parts if part]

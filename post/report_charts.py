@@ -38,8 +38,8 @@ def chart(name, title, axes, views):
 
 
 def tool(run, one, history, options):
-    """Load, contact area and overlap of a tool over its depth and over time; beside theory and references. Also the sentences that
-    say how far the load is from these, and what could not be had."""
+    """Load, contact area and overlap of a tool over its depth and over time; beside theory and references.
+    Also the sentences that say how far the load is from these, and what could not be had."""
     name, words = one["name"][0], []
     axis_text = "depth"
     try:
@@ -59,10 +59,19 @@ def tool(run, one, history, options):
     loads = [{"name": f"gimp3d{model}", "y": listed(load[rows])}]
     for label, x, y, style, far in references if moves else []:
         loads.append(
-            {"name": label, "x": listed(x), "y": listed(y), "axis": 0, "mark": "points" if "marker" in style else "dashed"}
+            {
+                "name": label,
+                "x": listed(x),
+                "y": listed(y),
+                "axis": 0,
+                "mark": "points" if "marker" in style else "dashed",
+            }
         )
         if far:
-            words.append(f"Load on {name} against {label}, second half of the depth: mean {far[0]:+.2%}, largest {far[1]:.2%}.")
+            words.append(
+                f"Load on {name} against {label}, second half of the depth: mean {far[0]:+.2%}, largest "
+                f"{far[1]:.2%}."
+            )
     views = [{"name": "load, full body", "unit": "N", "series": loads}]
     if share == 1:
         across = [(f"load_{a}", history[f"load_{a}"]) for a in "xyz"]
@@ -70,7 +79,9 @@ def tool(run, one, history, options):
             {
                 "name": "load by components",
                 "unit": "N",
-                "series": [{"name": label.replace("_", " "), "y": listed(values[rows])} for label, values in across],
+                "series": [
+                    {"name": label.replace("_", " "), "y": listed(values[rows])} for label, values in across
+                ],
             }
         )
     views.append(
@@ -84,7 +95,9 @@ def tool(run, one, history, options):
         {
             "name": "overlap",
             "unit": "m",
-            "series": [{"name": "deepest overlap with the tool", "y": listed(history["max_gap_violation"][rows])}],
+            "series": [
+                {"name": "deepest overlap with the tool", "y": listed(history["max_gap_violation"][rows])}
+            ],
         }
     )
     return chart(f"tool-{name}", f"Tool {name}: load", axes, views), words
@@ -106,10 +119,20 @@ def energies(history):
             {
                 "name": "balance error",
                 "unit": "%",
-                "series": [{"name": "of the largest energy or work so far", "y": listed(100 * history["balance_error"][rows])}],
+                "series": [
+                    {
+                        "name": "of the largest energy or work so far",
+                        "y": listed(100 * history["balance_error"][rows]),
+                    }
+                ],
             }
         )
-    return chart("energy", "Energies", [axis("time", "s", history["time"][rows])], [view for view in views if view["series"]])
+    return chart(
+        "energy",
+        "Energies",
+        [axis("time", "s", history["time"][rows])],
+        [view for view in views if view["series"]],
+    )
 
 
 def probes(histories):
@@ -119,14 +142,22 @@ def probes(histories):
     time = listed(first["time"][rows])
 
     def view(name, unit, of):
-        """A view of one quantity, of(history) -> its values; a probe with rows of its own brings its times."""
+        """A view of one quantity, of(history) -> its values; a probe with rows of its own brings its
+        times."""
         series = []
         for probe, history in histories.items():
             if np.array_equal(history["time"], first["time"]):
                 series.append({"name": probe, "y": listed(of(history)[rows])})
             else:
                 own = chosen_rows(history["von_mises"])
-                series.append({"name": probe, "x": listed(history["time"][own]), "y": listed(of(history)[own]), "axis": 0})
+                series.append(
+                    {
+                        "name": probe,
+                        "x": listed(history["time"][own]),
+                        "y": listed(of(history)[own]),
+                        "axis": 0,
+                    }
+                )
         return {"name": name, "unit": unit, "series": series}
 
     views = [view("von Mises stress", "Pa", lambda history: history["von_mises"])]
@@ -136,7 +167,9 @@ def probes(histories):
         if column.startswith("stress_")
     ]
     if any(np.any(history["equivalent_plastic_strain"] != 0) for history in histories.values()):
-        views.append(view("equivalent plastic strain", "1", lambda history: history["equivalent_plastic_strain"]))
+        views.append(
+            view("equivalent plastic strain", "1", lambda history: history["equivalent_plastic_strain"])
+        )
     views += [
         view(f"way along {letter}", "m", lambda history, letter=letter: history[letter] - history[letter][0])
         for letter in "xyz"

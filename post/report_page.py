@@ -22,10 +22,14 @@ def text(value):
 def tag(name, /, *content, **attributes):
     """An element; `class_` and `data_label` stand for class and data-label."""
     words = "".join(
-        f' {key.rstrip("_").replace("_", "-")}="{text(value)}"' for key, value in attributes.items() if value is not None
+        f' {key.rstrip("_").replace("_", "-")}="{text(value)}"'
+        for key, value in attributes.items()
+        if value is not None
     )
     inside = "".join(text(part) for part in content)
-    return Markup(f"<{name}{words}>" if name in ("img", "meta", "link") else f"<{name}{words}>{inside}</{name}>")
+    return Markup(
+        f"<{name}{words}>" if name in ("img", "meta", "link") else f"<{name}{words}>{inside}</{name}>"
+    )
 
 
 def join(parts, between=""):
@@ -49,12 +53,17 @@ def table(caption, columns, rows, **attributes):
         tag(
             "tr",
             tag("th", row[0], scope="row"),
-            *(tag("td", cell, class_=kind, data_label=title) for cell, (title, kind) in zip(row[1:], columns[1:])),
+            *(
+                tag("td", cell, class_=kind, data_label=title)
+                for cell, (title, kind) in zip(row[1:], columns[1:])
+            ),
         )
         for row in rows
     ]
     return tag(
-        "div", tag("table", tag("caption", caption), tag("thead", head), tag("tbody", *body), **attributes), class_="wide"
+        "div",
+        tag("table", tag("caption", caption), tag("thead", head), tag("tbody", *body), **attributes),
+        class_="wide",
     )
 
 
@@ -72,7 +81,9 @@ def image(picture):
 def embedded(data):
     """Data as JSON in a script element, in which no tag can begin."""
     written = json.dumps(data, allow_nan=False, separators=(",", ":"))
-    return Markup(f'<script type="application/json" id="data">{written.replace("<", chr(92) + "u003c")}</script>')
+    return Markup(
+        f'<script type="application/json" id="data">{written.replace("<", chr(92) + "u003c")}</script>'
+    )
 
 
 def whole(title, body, scripts=()):
@@ -89,4 +100,5 @@ def whole(title, body, scripts=()):
         "\n",
     )
     tail = "".join(f"<script>\n{(here / name).read_text()}</script>\n" for name in scripts)
-    return f'<!DOCTYPE html>\n<html lang="en">\n<head>\n{head}\n</head>\n<body>\n{text(body)}\n{tail}</body>\n</html>\n'
+    head, body = f"<head>\n{head}\n</head>", f"<body>\n{text(body)}\n{tail}</body>"
+    return f'<!DOCTYPE html>\n<html lang="en">\n{head}\n{body}\n</html>\n'

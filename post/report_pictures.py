@@ -1,4 +1,5 @@
-"""The pictures of a report: each by itself, so that a page can lay them out for any width, as PNG in the page."""
+"""The pictures of a report: each by itself, so that a page can lay them out for any width, as PNG in the
+page."""
 
 import base64
 import io
@@ -43,8 +44,8 @@ def round_steps(count):
 
 
 def axes_for(view):
-    """A figure of one panel for limits left, right, bottom, top, and a place for its colour bar above. Laid out by hand, in inches:
-    matplotlib's layout engines take most of the time of a picture."""
+    """A figure of one panel for limits left, right, bottom, top, and a place for its colour bar above. Laid
+    out by hand, in inches: matplotlib's layout engines take most of the time of a picture."""
     left, right, bottom, top, bar = 0.72, 0.22, 0.50, 0.70, 0.13
     inside = across = width - left - right
     height = inside * (view[3] - view[2]) / (view[1] - view[0])
@@ -52,7 +53,9 @@ def axes_for(view):
         inside, height = inside * 6.0 / height, 6.0
     whole = bottom + height + top
     figure = plt.figure(figsize=(width, whole))
-    ax = figure.add_axes([(left + 0.5 * (across - inside)) / width, bottom / whole, inside / width, height / whole])
+    ax = figure.add_axes(
+        [(left + 0.5 * (across - inside)) / width, bottom / whole, inside / width, height / whole]
+    )
     ax.xaxis.set_major_locator(round_steps(min(8, max(1, int(inside / 0.45)))))
     ax.yaxis.set_major_locator(round_steps(min(8, max(1, int(height / 0.3)))))
     colours = figure.add_axes([left / width, (bottom + height + 0.12) / whole, across / width, bar / whole])
@@ -68,11 +71,13 @@ def bare(label):
     return label.replace("$", "").replace("\\sigma_", "stress ").replace("{", "").replace("}", "")
 
 
-# ---- section --------------------------------------------------------------------------------------------------------------------
+# ---- section
+# ------------------------------------------------------------------------------------------------------------
 
 
 def section(run, particles):
-    """Normal stress along the tool, von Mises stress, and what a plastic law has, whole and near the contact."""
+    """Normal stress along the tool, von Mises stress, and what a plastic law has, whole and near the
+    contact."""
     cut = plots.Section(run, particles)
     for number, (label, values, unit) in enumerate(cut.panels + cut.more):
         for view, words in zip(cut.views, ("", ", near the contact")):
@@ -98,7 +103,8 @@ def section(run, particles):
             )
 
 
-# ---- surface from above ---------------------------------------------------------------------------------------------------------
+# ---- surface from above
+# ------------------------------------------------------------------------------------------------------------
 
 
 class Surface:
@@ -118,7 +124,12 @@ class Surface:
         self.rank[self.order] = np.arange(self.top.size)
         self.level = self.first_surface(axis)
         lower, upper = (self.position + side * self.half for side in (-1, 1))
-        self.whole = [lower[:, self.a].min(), upper[:, self.a].max(), lower[:, self.b].min(), upper[:, self.b].max()]
+        self.whole = [
+            lower[:, self.a].min(),
+            upper[:, self.a].max(),
+            lower[:, self.b].min(),
+            upper[:, self.b].max(),
+        ]
         self.views = [self.whole]
         near = plots.close_up(run, particles, self.whole, [0.0, 0.0], self.a, self.up) if run.tools else None
         if near is not None:  # as wide as that of the section, about the tip
@@ -128,7 +139,12 @@ class Surface:
                 for i, low, high in ((self.a, *self.whole[:2]), (self.b, *self.whole[2:]))
             ]
             self.views.append(
-                [starts[0], min(starts[0] + 2 * reach, self.whole[1]), starts[1], min(starts[1] + 2 * reach, self.whole[3])]
+                [
+                    starts[0],
+                    min(starts[0] + 2 * reach, self.whole[1]),
+                    starts[1],
+                    min(starts[1] + 2 * reach, self.whole[3]),
+                ]
             )
 
     def first_surface(self, axis):
@@ -149,11 +165,14 @@ class Surface:
         first, last = [], []
         for i, axis, count in ((0, self.a, columns), (1, self.b, rows)):
             low, high = (
-                (self.position[:, axis] + side * 1.01 * self.half[:, axis] - view[2 * i]) / pitch - 0.5 for side in (-1, 1)
+                (self.position[:, axis] + side * 1.01 * self.half[:, axis] - view[2 * i]) / pitch - 0.5
+                for side in (-1, 1)
             )
             first.append(np.ceil(low).astype(int))
             last.append(np.minimum(np.floor(high).astype(int), count - 1))
-        inside = np.flatnonzero((first[0] <= last[0]) & (first[1] <= last[1]) & (last[0] >= 0) & (last[1] >= 0))
+        inside = np.flatnonzero(
+            (first[0] <= last[0]) & (first[1] <= last[1]) & (last[0] >= 0) & (last[1] >= 0)
+        )
         best = np.full(rows * columns, -1, dtype=np.int64)
         first, last, rank = [one[inside] for one in first], [one[inside] for one in last], self.rank[inside]
         if inside.size:
@@ -168,12 +187,15 @@ class Surface:
         return found.reshape(rows, columns), extent
 
     def contact_circle(self):
-        """Centre and radius of a circle as large as the contact of the first tool; None where it touches nothing."""
+        """Centre and radius of a circle as large as the contact of the first tool; None where it touches
+        nothing."""
         tool = self.run.tools[0] if self.run.tools else None
         history = tool and self.run.tool_history(tool)
         if not history or not history.rows or tool["shape"][0] not in ("sphere", "cone", "flat"):
             return None
-        area = np.interp(self.particles.time, history["time"], history["contact_area"]) / indentation.share_of_body(history)
+        area = np.interp(
+            self.particles.time, history["time"], history["contact_area"]
+        ) / indentation.share_of_body(history)
         return (np.array(tool["tip"])[[self.a, self.b]], np.sqrt(area / np.pi)) if area > 0 else None
 
 
@@ -197,19 +219,32 @@ def surface(run, particles):
         seen, extent = top.seen(view)
         for short, label, values, value_unit in fields:
             shown = np.where(seen >= 0, values[seen], np.nan)
-            low, high = np.nanpercentile(shown, [0.1, 99.9]) if short != "height" else (np.nanmin(shown), np.nanmax(shown))
+            low, high = (
+                np.nanpercentile(shown, [0.1, 99.9])
+                if short != "height"
+                else (np.nanmin(shown), np.nanmax(shown))
+            )
             if high - low < least_range * max(abs(low), abs(high)):  # flat, to what is drawn of it
-                low, high = (0.5 * (low + high) + side * 0.5 * least_range * max(abs(low), abs(high)) for side in (-1, 1))
+                low, high = (
+                    0.5 * (low + high) + side * 0.5 * least_range * max(abs(low), abs(high))
+                    for side in (-1, 1)
+                )
             value_factor, scaled_unit = plots.scaled(value_unit, [low, high]) if value_unit else (1.0, "1")
             low, high = low / value_factor, high / value_factor
             figure, ax, colours = axes_for(view)
-            diverging = short == "height" and top.level is not None and min(-low, high) > 1e-3 * max(-low, high)
+            diverging = (
+                short == "height" and top.level is not None and min(-low, high) > 1e-3 * max(-low, high)
+            )
             if diverging:  # pits and piles side by side, each to its own end
                 range_ = dict(cmap="RdBu_r", norm=TwoSlopeNorm(0.0, low, high))
             else:
                 range_ = dict(cmap="viridis", vmin=min(low, 0.0) if short != "height" else low, vmax=high)
             drawn = ax.imshow(
-                shown / value_factor, origin="lower", extent=np.array(extent) / factor, interpolation="nearest", **range_
+                shown / value_factor,
+                origin="lower",
+                extent=np.array(extent) / factor,
+                interpolation="nearest",
+                **range_,
             )
             for number, (lower, upper) in enumerate(particles.boxes[1:]):
                 corners = [
@@ -220,11 +255,20 @@ def surface(run, particles):
                     (lower[top.a], lower[top.b]),
                 ]
                 ax.plot(
-                    *(np.array(corners).T / factor), color=plots.level_colors[number % len(plots.level_colors)], linewidth=0.8
+                    *(np.array(corners).T / factor),
+                    color=plots.level_colors[number % len(plots.level_colors)],
+                    linewidth=0.8,
                 )
             if circle:
                 ax.add_patch(
-                    plt.Circle(circle[0] / factor, circle[1] / factor, fill=False, linestyle="--", linewidth=1.0, color="0.2")
+                    plt.Circle(
+                        circle[0] / factor,
+                        circle[1] / factor,
+                        fill=False,
+                        linestyle="--",
+                        linewidth=1.0,
+                        color="0.2",
+                    )
                 )
             ax.set(
                 xlim=np.array(view[:2]) / factor,
@@ -248,7 +292,10 @@ def surface(run, particles):
                 norm = drawn.norm
                 bar.set_ticks(
                     [norm.vmin, 0.5 * norm.vmin, 0.0, 0.5 * norm.vmax, norm.vmax],
-                    labels=[f"{value:.3g}" for value in (norm.vmin, 0.5 * norm.vmin, 0.0, 0.5 * norm.vmax, norm.vmax)],
+                    labels=[
+                        f"{value:.3g}"
+                        for value in (norm.vmin, 0.5 * norm.vmin, 0.0, 0.5 * norm.vmax, norm.vmax)
+                    ],
                 )
             circled = "; dashed: a circle of the contact area" if circle else ""
             yield picture(
@@ -259,7 +306,8 @@ def surface(run, particles):
             )
 
 
-# ---- histories, for readers without scripts -------------------------------------------------------------------------------------
+# ---- histories, for readers without scripts
+# ------------------------------------------------------------------------------------------------------------
 
 
 def load_depth(run, tool, history, options):
@@ -267,7 +315,10 @@ def load_depth(run, tool, history, options):
     figure = plots.load_depth(run, tool, history, options)
     figure.set_layout_engine("constrained")
     return picture(
-        figure, f"still-load-{name}", f"load on the tool {name} over its depth", f"Load on the tool {name} over its depth"
+        figure,
+        f"still-load-{name}",
+        f"load on the tool {name} over its depth",
+        f"Load on the tool {name} over its depth",
     )
 
 

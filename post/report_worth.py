@@ -1,4 +1,5 @@
-"""What the accuracy of a run is worth: its own figures beside the limits of doc/user/output.md, "How to judge a run"."""
+"""What the accuracy of a run is worth: its own figures beside the limits of doc/user/output.md, "How to judge
+a run"."""
 
 import re
 from dataclasses import dataclass
@@ -24,8 +25,8 @@ most_off = 0.25  # of the time expected
 
 @dataclass
 class Judgement:
-    """A row: what, what it is, what is good, `good`, `look at it` or `compare` (one run does not tell), what to do else, and whether
-    that says anything of the results."""
+    """A row: what, what it is, what is good, `good`, `look at it` or `compare` (one run does not tell), what
+    to do else, and whether that says anything of the results."""
 
     quantity: str
     value: str
@@ -107,7 +108,12 @@ def balances(figures):
         ),
         ("work_apart_of_effects_J", "work of effects", most_apart_effects, remedy),
         ("work_apart_of_tools_J", "work of tools", most_apart_tools, remedy),
-        ("constraint_work_J", "work of the contact condition itself", most_condition, "smaller cells, domain='corners'"),
+        (
+            "constraint_work_J",
+            "work of the contact condition itself",
+            most_condition,
+            "smaller cells, domain='corners'",
+        ),
     ):
         if name in figures:
             share = abs(figures[name]) / largest
@@ -121,9 +127,15 @@ def balances(figures):
 
 
 def kinetic_share(energy, tools):
-    """For a load that is meant to be quasi-static: kinetic energy beside the work, over the second half of the depth."""
+    """For a load that is meant to be quasi-static: kinetic energy beside the work, over the second half of
+    the depth."""
     moved = [tool for tool in tools if tool.rows and np.nanmax(tool["depth"]) > 0]
-    if not moved or energy is None or not energy.rows or not {"kinetic", "external_work", "strain"} <= set(energy.columns):
+    if (
+        not moved
+        or energy is None
+        or not energy.rows
+        or not {"kinetic", "external_work", "strain"} <= set(energy.columns)
+    ):
         return None
     tool = moved[0]
     turn = int(np.nanargmax(tool["depth"]))
@@ -147,7 +159,9 @@ def kinetic_share(energy, tools):
 
 
 def conserved(figures, energy):
-    mass = float(energy["mass"][0]) if energy is not None and energy.rows and "mass" in energy.columns else 0.0
+    mass = (
+        float(energy["mass"][0]) if energy is not None and energy.rows and "mass" in energy.columns else 0.0
+    )
     if "momentum_error_kg_m_s" in figures and mass > 0:
         scale = np.sqrt(2 * mass * np.nanmax(energy["kinetic"]))
         share = figures["momentum_error_kg_m_s"] / scale if scale > 0 else 0.0
@@ -177,8 +191,8 @@ def stress_error(figures):
         f"{percent(figures['stress_error_share'])} in the energy norm",
         "falls in proportion to the cell size",
         compare,
-        "it is the error of the stress of single particles; loads and means are much better. Run once more with other "
-        "cells (make study)",
+        "it is the error of the stress of single particles; loads and means are much better. Run once more "
+        "with other cells (make study)",
     )
 
 
@@ -191,7 +205,7 @@ def expected(figures):
         f"{100 * off:+.3g} % of what the run expected",
         f"within {percent(most_off)}",
         good if abs(off) <= most_off else look,
-        "the machine had other work, or material started to move late; the " "results are none the worse",
+        "the machine had other work, or material started to move late; the results are none the worse",
         matters=False,
     )
 

@@ -1,10 +1,13 @@
-"""Reading what a run wrote, or is still writing: histories (Tecplot ASCII), particles (HDF5), the values it used (case.nml)."""
+"""Reading what a run wrote, or is still writing: histories (Tecplot ASCII), particles (HDF5), the values it
+used (case.nml)."""
+
 import os
 import re
 
 import numpy as np
 
-os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")  # of snapshots nothing changes any more; some file systems have no locks
+# of snapshots nothing changes any more; some file systems have no locks
+os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")
 
 
 class Unreadable(Exception):
@@ -18,8 +21,8 @@ def split_unit(name):
 
 
 class History:
-    """A Tecplot ASCII file of points: its columns by their bare names, their units, the numbers of zones and rows. A last line that
-    has no end is left out."""
+    """A Tecplot ASCII file of points: its columns by their bare names, their units, the numbers of zones and
+    rows. A last line that has no end is left out."""
 
     def __init__(self, path):
         self.zones = 0
@@ -63,7 +66,9 @@ class History:
         if len(dict(names)) != len(names):
             raise Unreadable(f"{path}: a column's name stands twice")
         self.units = dict(names)
-        table = np.concatenate([np.empty((0, len(names)))] + [self._zone(path, len(names), *block) for block in blocks])
+        table = np.concatenate(
+            [np.empty((0, len(names)))] + [self._zone(path, len(names), *block) for block in blocks]
+        )
         self.rows = len(table)
         self.columns = {name: table[:, i] for i, (name, _) in enumerate(names)}
 
@@ -78,8 +83,8 @@ class History:
 
 
 def carried(history, axis, time, places):
-    """Where places (n x 3, m) that go with a tool are at a time (s), by the tool's history; they are given at the start. Of runs
-    of older versions, whose tools move along their axis alone, the depth says it."""
+    """Where places (n x 3, m) that go with a tool are at a time (s), by the tool's history; they are given at
+    the start. Of runs of older versions, whose tools move along their axis alone, the depth says it."""
     if "rotation_w" not in history.columns:
         return places + np.interp(time, history["time"], history["depth"]) * np.asarray(axis)
     at = lambda name: np.interp(time, history["time"], history[name])
@@ -91,7 +96,8 @@ def carried(history, axis, time, places):
     return point + arm + 2 * np.cross(v, np.cross(v, arm) + w * arm)
 
 
-tensor = ["xx", "yy", "zz", "yz", "xz", "xy"]  # the order of the components of a symmetric tensor in histories, and here
+# the order of the components of a symmetric tensor in histories, and here
+tensor = ["xx", "yy", "zz", "yz", "xz", "xy"]
 
 
 def text_of(table, attribute):
@@ -101,16 +107,16 @@ def text_of(table, attribute):
 
 
 def in_order(values, components):
-    """The columns of a field by the names of its components (`stress_xx stress_yy ...`); those of a symmetric tensor, which VTK's
-    files have in another order, in that of `tensor`."""
+    """The columns of a field by the names of its components (`stress_xx stress_yy ...`); those of a symmetric
+    tensor, which VTK's files have in another order, in that of `tensor`."""
     parts = [name.rsplit("_", 1)[-1] for name in components]
     return values[:, [parts.index(part) for part in tensor]] if sorted(parts) == sorted(tensor) else values
 
 
 class Particles:
-    """Ids, fields by name (with `position`; symmetric tensors as xx yy zz yz xz xy) and time of a particle file, in the order of the
-    file; the boxes of the levels (lower and upper corner, m) and their cell sizes (m), coarsest first: none where there is only one
-    level."""
+    """Ids, fields by name (with `position`; symmetric tensors as xx yy zz yz xz xy) and time of a particle
+    file, in the order of the file; the boxes of the levels (lower and upper corner, m) and their cell sizes
+    (m), coarsest first: none where there is only one level."""
 
     def __init__(self, path):
         import h5py
@@ -120,10 +126,14 @@ class Particles:
                 group = file["VTKHDF"]
                 self.time = float(np.ravel(file.attrs["time"])[0])
                 self.fields = {"position": group["Points"][...]}
-                apart = {}  # of releases up to 0.2.0, each component a table of its own: name -> number of a component -> values
+                # of releases up to 0.2.0, each component a table of its own: name -> number of a component ->
+                # values
+                apart = {}
                 for name, data in group["PointData"].items():
                     if "component_of" in data.attrs:
-                        apart.setdefault(text_of(data, "component_of"), {})[int(data.attrs["component"])] = data[...]
+                        apart.setdefault(text_of(data, "component_of"), {})[int(data.attrs["component"])] = (
+                            data[...]
+                        )
                     else:
                         self.fields[name] = in_order(data[...], text_of(data, "components").split())
                 for name, parts in apart.items():
@@ -131,7 +141,9 @@ class Particles:
                 self.ids = self.fields.pop("id").reshape(-1)
                 self.boxes, self.cells = np.empty((0, 2, 3)), np.empty(0)
                 if "level_cell" in group.get("FieldData", {}):
-                    self.boxes = np.stack([group["FieldData/level_lower"][...], group["FieldData/level_upper"][...]], axis=1)
+                    self.boxes = np.stack(
+                        [group["FieldData/level_lower"][...], group["FieldData/level_upper"][...]], axis=1
+                    )
                     self.cells = group["FieldData/level_cell"][...]
         except (OSError, KeyError) as error:
             raise Unreadable(f"{path}: {error}")
@@ -143,13 +155,17 @@ class Particles:
         return self.fields[name]
 
     def smooth_stress(self):
-        """The recovered stress (particles, 6; Pa; xx yy zz yz xz xy); of snapshots before 0.3.0, which have none, the raw one."""
+        """The recovered stress (particles, 6; Pa; xx yy zz yz xz xy); of snapshots before 0.3.0, which have
+        none, the raw one."""
         return self.fields.get("stress_recovered", self.fields["stress"])
 
 
 # A quoted text, the name before a =, an end of group, or a plain value
-_word = re.compile(r"""(?:(?P<times>\d+)\*)?(?P<text>'(?:[^']|'')*'|"(?:[^"]|"")*")|(?P<name>[a-z]\w*)\s*=|(?P<end>/|&end\b)"""
-                   r"""|(?P<value>[^\s,'"/=]+)""", re.I)
+_word = re.compile(
+    r"""(?:(?P<times>\d+)\*)?(?P<text>'(?:[^']|'')*'|"(?:[^"]|"")*")"""
+    r"""|(?P<name>[a-z]\w*)\s*=|(?P<end>/|&end\b)|(?P<value>[^\s,'"/=]+)""",
+    re.I,
+)
 
 
 def _value(word):
@@ -166,8 +182,9 @@ def _value(word):
 
 
 def words_of_group(text, at, name, where="the scene"):
-    """The words (matches of a name with its =, a value, the end) of the group that began before `at`, its end the last."""
-    blanks = re.compile(r"(?:[\s,]|![^\n]*)*") # commas and comments too
+    """The words (matches of a name with its =, a value, the end) of the group that began before `at`, its end
+    the last."""
+    blanks = re.compile(r"(?:[\s,]|![^\n]*)*")  # commas and comments too
     while True:
         word = _word.match(text, blanks.match(text, at).end())
         if not word:
@@ -179,8 +196,8 @@ def words_of_group(text, at, name, where="the scene"):
 
 
 def read_namelists(source):
-    """The groups of a namelist file (its path, or its text): name -> list of dictionaries, one for each time the group stands
-    there; every variable is a list of its values."""
+    """The groups of a namelist file (its path, or its text): name -> list of dictionaries, one for each time
+    the group stands there; every variable is a list of its values."""
     try:
         text, where = (source, "the scene") if isinstance(source, str) else (source.read_text(), source)
     except UnicodeDecodeError as error:
@@ -205,8 +222,8 @@ def read_namelists(source):
 
 
 def depth_of(case):
-    """Levels finer than the grid that a scene has, one in the other: a &level refines the one before or the one that `of` names, 1
-    for the grid."""
+    """Levels finer than the grid that a scene has, one in the other: a &level refines the one before or the
+    one that `of` names, 1 for the grid."""
     depth, before = 0, 0
     for level in case.get("level", []):
         before = int(level["of"][0]) if "of" in level else before + 1

@@ -8,8 +8,8 @@ head = "gimp3d: "
 
 
 class RunLog:
-    """A log. A run that went on from a checkpoint in place has an introduction for each start: facts are those of the last, alarms
-    those of all.
+    """A log. A run that went on from a checkpoint in place has an introduction for each start: facts are
+    those of the last, alarms those of all.
 
     verdict   the sentence that says how it ended; empty where nothing says so
     state     finished, stopped (wall limit, signal), fault, or open: still going on, or killed
@@ -22,7 +22,9 @@ class RunLog:
         begins = [
             n
             for n, line in enumerate(self.lines)
-            if line.startswith(head) and n + 1 < len(self.lines) and re.match(r"(program|grid)  ", self.lines[n + 1])
+            if line.startswith(head)
+            and n + 1 < len(self.lines)
+            and re.match(r"(program|grid)  ", self.lines[n + 1])
         ]
         self.starts = len(begins)
         self.last = self.lines[begins[-1] :] if begins else self.lines
@@ -34,7 +36,9 @@ class RunLog:
             else (
                 "finished"
                 if self.verdict.startswith("finished: ")
-                else "fault" if self.verdict.startswith("stopped: ") else "stopped"
+                else "fault"
+                if self.verdict.startswith("stopped: ")
+                else "stopped"
             )
         )
 

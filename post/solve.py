@@ -3,20 +3,23 @@
 
    solve.py [options] SCENE          make solve SCENE=input/hertz.nml QUANTITY=load ERROR=1 BUDGET=600
 
-1. Three cheap runs on coarse grids, one at another speed, one with another time step: the parts of the error and their orders.
-2. The cheapest settings (cell, speed, time step; with the levels of the scene, or of the study's file beside it) that are predicted to
-   meet ERROR (per cent, rms over the window of the quantity, of its largest value), with their predicted time and memory. Where they do
-   not fit into BUDGET (seconds of the clock), what it buys instead is said, and nothing long is run.
-3. The run, and the error that it has, from all grids together, with its uncertainty. Where that misses the target, the next finer
-   settings are tried, as long as the budget lasts.
+1. Three cheap runs on coarse grids, one at another speed, one with another time step: the parts of the error
+and their orders.
+2. The cheapest settings (cell, speed, time step; with the levels of the scene, or of the study's file beside
+   it) that are predicted to meet ERROR (per cent, rms over the window of the quantity, of its largest value),
+   with their predicted time and memory. Where they do not fit into BUDGET (seconds of the clock), what it
+   buys instead is said, and nothing long is run.
+3. The run, and the error that it has, from all grids together, with its uncertainty. Where that misses the
+   target, the next finer settings are tried, as long as the budget lasts.
 
-Under out/solve/NAME: chosen.nml (the scene that was chosen, with its outputs), answer.json (error, error_uncertainty, seconds,
-predicted_seconds, ...). Runs stay and are not run again. Exit status 0: the target is met; 1: it is not, and why is said; 2: the scene or
-what was asked cannot be used.
+Under out/solve/NAME: chosen.nml (the scene that was chosen, with its outputs), answer.json (error,
+error_uncertainty, seconds, predicted_seconds, ...). Runs stay and are not run again. Exit status 0: the
+target is met; 1: it is not, and why is said; 2: the scene or what was asked cannot be used.
 
-The speed is changed only where it is no part of the problem: tools and pressures are prescribed, bodies are at rest at the start,
-and no material depends on the rate. The answer is then that of infinitely slow loading. The body is as large as the scene says.
-"""
+The speed is changed only where it is no part of the problem: tools and pressures are prescribed, bodies are
+at rest at the start, and no material depends on the rate. The answer is then that of infinitely slow loading.
+The body is as large as the scene says."""
+
 import argparse
 import json
 import math
@@ -39,11 +42,11 @@ from study_report import write_text
 from study_runs import Rejected
 from study_scene import BadSetting, Scene, scene_of
 
-FACTORS = [4, 3, 2, 4/3, 1, 2/3, 0.5, 1/3, 0.25] # of the scene's cell
+FACTORS = [4, 3, 2, 4 / 3, 1, 2 / 3, 0.5, 1 / 3, 0.25]  # of the scene's cell
 SPEEDS = [4.0, 2.0, 1.0, 0.5, 0.25, 0.125]
 STEPS = [1.0, 0.5]
-PILOT = 0.05       # of the budget: a grid that is tried for less is a pilot
-SEARCH = 0.2       # of the budget: the same while the grids show no order; three are made in any case
+PILOT = 0.05  # of the budget: a grid that is tried for less is a pilot
+SEARCH = 0.2  # of the budget: the same while the grids show no order; three are made in any case
 ROUNDS = 3
 RATE_FREE = {"elastic", "neo_hookean", "j2", "cubic", "orthotropic", "drucker_prager"}
 
@@ -57,13 +60,19 @@ class Missed(Exception):
 
 
 class Planned:
-    """What `mode='plan'` says of settings; `fault`: the program's own sentence where it does not take them."""
+    """What `mode='plan'` says of settings; `fault`: the program's own sentence where it does not take
+    them."""
 
     def __init__(self, study, settings):
         scene = study.run(settings).make_scene()
         scene.set("scene", "mode", "plan")
-        done = subprocess.run([*study.launch, "-n", str(study.ranks), str(study.program)], input=scene.text, cwd=study.directory,
-                              capture_output=True, text=True)
+        done = subprocess.run(
+            [*study.launch, "-n", str(study.ranks), str(study.program)],
+            input=scene.text,
+            cwd=study.directory,
+            capture_output=True,
+            text=True,
+        )
         self.fault = "" if done.returncode == 0 else (done.stderr.strip().splitlines() or ["no sentence"])[-1]
         if self.fault:
             return
@@ -77,10 +86,12 @@ class Planned:
 
 
 class Key(NamedTuple):
-    """Settings of a run. The grid is named by its finest cell: so the same factor with more levels has a coarser first grid."""
-    factor: float      # of the scene's finest cell
+    """Settings of a run. The grid is named by its finest cell: so the same factor with more levels has a
+    coarser first grid."""
+
+    factor: float  # of the scene's finest cell
     levels: int
-    speed: float = 1.0 # of all that is prescribed
+    speed: float = 1.0  # of all that is prescribed
     step: float = 1.0  # of the scene's time step
 
     @property
@@ -96,14 +107,14 @@ class Solve:
         self.base = dict(study.setting.base)
         case = scene_of(study.text, self.base, study.setting).values()
         self.cell = case["grid"][0]["cell_size"][0]
-        self.own = depth_of(case)                       # levels of the scene
+        self.own = depth_of(case)  # levels of the scene
         self.most = self.own + len(study.setting.level_boxes)
         self.speeds = speed_is_free(case)
         self.started = time.monotonic()
-        self.done = {}       # Key: run
-        self.refused = set() # (factor, levels) that the program does not take
-        self.planned = {}    # levels: (Key, Planned), for what has no run yet
-        self.measured = {}   # Key: error of a run, per cent
+        self.done = {}  # Key: run
+        self.refused = set()  # (factor, levels) that the program does not take
+        self.planned = {}  # levels: (Key, Planned), for what has no run yet
+        self.measured = {}  # Key: error of a run, per cent
         self.confirmed = {}  # Key: core-seconds, MB, by a plan of it
 
     def left(self):
@@ -138,13 +149,21 @@ class Solve:
         """The model of the errors, from all runs."""
         curves = {key: quantities.curve_of(run, self.quantity) for key, run in self.done.items()}
         x = quantities.places(self.quantity, curves.values())
-        samples = {key: Sample(self.finest(key), key.speed, key.step, quantities.at(self.quantity, curve, x))
-                   for key, curve in curves.items()}
-        pairs = {what: (samples[self.middle], samples[other]) if other in samples else None
-                 for what, other in (("speeds", self.middle._replace(speed=2.0)), ("steps", self.middle._replace(step=0.5)))}
+        samples = {
+            key: Sample(self.finest(key), key.speed, key.step, quantities.at(self.quantity, curve, x))
+            for key, curve in curves.items()
+        }
+        pairs = {
+            what: (samples[self.middle], samples[other]) if other in samples else None
+            for what, other in (
+                ("speeds", self.middle._replace(speed=2.0)),
+                ("steps", self.middle._replace(step=0.5)),
+            )
+        }
         pilots = {key.factor for key in samples if key.is_plain and key.levels <= self.own}
         ladder = {}
-        for key in sorted(samples, key=lambda key: (key.levels, not key.is_plain, key.speed, key.step)): # one a cell, those like the scene first
+        # one a cell, those like the scene first
+        for key in sorted(samples, key=lambda key: (key.levels, not key.is_plain, key.speed, key.step)):
             if key.factor in pilots or key.factor < min(pilots):
                 ladder.setdefault(key.factor, samples[key])
         errors = Errors(list(ladder.values()), **pairs)
@@ -152,17 +171,22 @@ class Solve:
         return errors
 
     def pilots(self):
-        """From coarse to fine, three grids at least, and on while the target is not met in space and the next is cheap. Where the program does not take a grid with all
-        levels of the scene, one of as fine cells with fewer. And a run each at another speed and time step on the last but one."""
+        """From coarse to fine, three grids at least, and on while the target is not met in space and the next
+        is cheap. Where the program does not take a grid with all levels of the scene, one of as fine cells
+        with fewer. And a run each at another speed and time step on the last but one."""
         faults, last = [], None
         for factor in FACTORS:
             begun = time.monotonic()
             if len(self.done) >= 3:
                 errors = self.of_grids()
-                open_still = bool(errors.notes) or errors.trust > max(self.options.error, errors.total(self.finest(min(self.done))))
+                open_still = bool(errors.notes) or errors.trust > max(
+                    self.options.error, errors.total(self.finest(min(self.done)))
+                )
                 share = SEARCH if open_still else PILOT
-                met = not open_still and errors.total(self.finest(min(self.done))) < MARGIN * self.options.error
-                if met or last[1] * (last[0] / factor)**4 > share * self.options.budget:
+                met = (
+                    not open_still and errors.total(self.finest(min(self.done))) < MARGIN * self.options.error
+                )
+                if met or last[1] * (last[0] / factor) ** 4 > share * self.options.budget:
                     break
             for levels in range(self.own, -1, -1):
                 try:
@@ -172,8 +196,12 @@ class Solve:
                 except Unusable as fault:
                     faults.append(str(fault))
         if len(self.done) < 3:
-            raise BadSetting("fewer than three cells of " + ", ".join(f"{f:.3g}" for f in FACTORS) + " times the scene's can be used: "
-                             + "; ".join(faults))
+            raise BadSetting(
+                "fewer than three cells of "
+                + ", ".join(f"{f:.3g}" for f in FACTORS)
+                + " times the scene's can be used: "
+                + "; ".join(faults)
+            )
         self.middle = sorted(self.done)[1]
         if self.speeds:
             self.run(self.middle._replace(speed=2.0))
@@ -183,11 +211,16 @@ class Solve:
         """The error in space, from the grids alone that were run so far."""
         curves = {key: quantities.curve_of(run, self.quantity) for key, run in self.done.items()}
         x = quantities.places(self.quantity, curves.values())
-        return Errors([Sample(self.finest(key), 1.0, 1.0, quantities.at(self.quantity, curve, x)) for key, curve in curves.items()])
+        return Errors(
+            [
+                Sample(self.finest(key), 1.0, 1.0, quantities.at(self.quantity, curve, x))
+                for key, curve in curves.items()
+            ]
+        )
 
     def work(self, key):
-        """Steps, particle-steps, MB of settings: of the run that was made, else scaled from the nearest of as many levels, or from a plan
-        of the scene's first grid with so many."""
+        """Steps, particle-steps, MB of settings: of the run that was made, else scaled from the nearest of as
+        many levels, or from a plan of the scene's first grid with so many."""
         if key in self.done:
             near = key
         else:
@@ -206,15 +239,21 @@ class Solve:
 
     def plan_of(self, levels):
         if levels not in self.planned:
-            key = Key(2.0**(self.own - levels), levels)
+            key = Key(2.0 ** (self.own - levels), levels)
             self.planned[levels] = key, Planned(self.study, self.settings(key))
         return self.planned[levels]
 
     def choices(self, errors):
         """All settings with what is predicted of them."""
-        price = Price(sorted(((*self.work(key)[:2], run.seconds) for key, run in self.done.items()), key=lambda row: row[1]))
+        price = Price(
+            sorted(
+                ((*self.work(key)[:2], run.seconds) for key, run in self.done.items()), key=lambda row: row[1]
+            )
+        )
         found = []
-        grids = {(factor, levels) for factor in FACTORS for levels in range(self.own, self.most + 1)} | {key[:2] for key in self.done}
+        grids = {(factor, levels) for factor in FACTORS for levels in range(self.own, self.most + 1)} | {
+            key[:2] for key in self.done
+        }
         for factor, levels in sorted(grids - self.refused, reverse=True):
             for speed in SPEEDS if self.speeds else [1.0]:
                 for step in STEPS:
@@ -222,17 +261,26 @@ class Solve:
                     work = self.work(key)
                     if work:
                         seconds, megabytes = self.confirmed.get(key, (price.of(*work[:2]), work[2]))
-                        found.append(Choice(self.settings(key), key, errors.total(self.finest(key), speed, step), seconds, megabytes))
+                        found.append(
+                            Choice(
+                                self.settings(key),
+                                key,
+                                errors.total(self.finest(key), speed, step),
+                                seconds,
+                                megabytes,
+                            )
+                        )
         return found
 
     def confirm(self, key):
-        """Time and memory of settings by their own plan, the time by what a run took that was planned too; or that the program does not
-        take them."""
+        """Time and memory of settings by their own plan, the time by what a run took that was planned too; or
+        that the program does not take them."""
         plan = Planned(self.study, self.settings(key))
         if plan.fault:
             self.refused.add(key[:2])
             return
-        known = Planned(self.study, self.settings(self.middle)) # at once, for the machine may be busier by and by
+        # at once, for the machine may be busier by and by
+        known = Planned(self.study, self.settings(self.middle))
         self.confirmed[key] = self.done[self.middle].seconds / known.seconds * plan.seconds, plan.megabytes
 
 
@@ -242,16 +290,27 @@ def updates_of(run):
 
 
 def speed_is_free(case):
-    """Whether the answer that is looked for is that of slow loading: what is prescribed moves, and nothing else knows the time."""
-    prescribed = any("speeds" in one for group in ("tool", "motion") for one in case.get(group, [])) or "pressure" in case
-    moving = any(any(body.get(name, [0])) for body in case.get("body", []) for name in ("velocity", "angular_velocity"))
+    """Whether the answer that is looked for is that of slow loading: what is prescribed moves, and nothing
+    else knows the time."""
+    prescribed = (
+        any("speeds" in one for group in ("tool", "motion") for one in case.get(group, []))
+        or "pressure" in case
+    )
+    moving = any(
+        any(body.get(name, [0])) for body in case.get("body", []) for name in ("velocity", "angular_velocity")
+    )
     models = {material.get("model", [""])[0] for material in case.get("material", [])}
-    return prescribed and not moving and models <= RATE_FREE and "gravity" not in case and "damping" not in case
+    return (
+        prescribed and not moving and models <= RATE_FREE and "gravity" not in case and "damping" not in case
+    )
 
 
 def sentence_of(parts):
     total = sum(parts.values())
-    return "; ".join(f"{name} {value:.2g} % ({100 * value / total:.0f} % of it)" if total else name for name, value in parts.items())
+    return "; ".join(
+        f"{name} {value:.2g} % ({100 * value / total:.0f} % of it)" if total else name
+        for name, value in parts.items()
+    )
 
 
 def write_answer(solve, folder, choice, record):
@@ -265,12 +324,25 @@ def write_answer(solve, folder, choice, record):
 def record_of(solve, errors, choice, run, predicted):
     parts = errors.parts(solve.finest(choice.key), choice.key.speed, choice.key.step)
     error = solve.measured[choice.key]
-    return {"scene": str(solve.study.scene), "quantity": solve.quantity.name, "target": solve.options.error,
-            "error": error, "error_uncertainty": errors.uncertainty(solve.finest(choice.key), choice.key.speed, choice.key.step),
-            "parts": parts, "order": errors.order, "settings": choice.settings, "finest_cell": solve.finest(choice.key), "ranks": solve.study.ranks,
-            "predicted_error": choice.error, "seconds": run.seconds / solve.study.ranks, "predicted_seconds": predicted,
-            "megabytes": run.record.get("megabytes"), "predicted_megabytes": choice.megabytes,
-            "run": str(run.directory), "met": error <= solve.options.error}
+    return {
+        "scene": str(solve.study.scene),
+        "quantity": solve.quantity.name,
+        "target": solve.options.error,
+        "error": error,
+        "error_uncertainty": errors.uncertainty(solve.finest(choice.key), choice.key.speed, choice.key.step),
+        "parts": parts,
+        "order": errors.order,
+        "settings": choice.settings,
+        "finest_cell": solve.finest(choice.key),
+        "ranks": solve.study.ranks,
+        "predicted_error": choice.error,
+        "seconds": run.seconds / solve.study.ranks,
+        "predicted_seconds": predicted,
+        "megabytes": run.record.get("megabytes"),
+        "predicted_megabytes": choice.megabytes,
+        "run": str(run.directory),
+        "met": error <= solve.options.error,
+    }
 
 
 def say(text):
@@ -280,9 +352,15 @@ def say(text):
 def introduce(solve, errors):
     study = solve.study
     grids = ", ".join(f"{solve.finest(key):.4g}" for key in sorted(solve.done, reverse=True) if key.is_plain)
-    say(f"{study.setting.title}: {solve.quantity.name}, error asked for {solve.options.error:g} % (rms over "
-        f"{100 * solve.quantity.window[0]:.0f} to {100 * solve.quantity.window[1]:.0f} % of the way, of the largest value)")
-    say(f"pilots     finest cells {grids} m; order {errors.order:.2f} in the cell; the limit is known to {errors.trust:.2g} %")
+    say(
+        f"{study.setting.title}: {solve.quantity.name}, error asked for {solve.options.error:g} % (rms over "
+        f"{100 * solve.quantity.window[0]:.0f} to {100 * solve.quantity.window[1]:.0f} % of the way, of the "
+        "largest value)"
+    )
+    say(
+        f"pilots     finest cells {grids} m; order {errors.order:.2f} in the cell; the limit is known to "
+        f"{errors.trust:.2g} %"
+    )
     for note in errors.notes:
         say(f"note       {note}")
     finest = min(solve.finest(key) for key in solve.done)
@@ -312,20 +390,27 @@ def solve_scene(study, options):
     for attempt in range(ROUNDS):
         choice = pick(solve, errors)
         predicted = choice.seconds / study.ranks
-        say(f"chosen     {choice.said}: error {choice.error:.2g} %, {predicted:.3g} s on {study.ranks} rank(s), "
-            f"{choice.megabytes:.3g} MB predicted (aimed at {100 * MARGIN:.0f} % of what was asked for)")
+        say(
+            f"chosen     {choice.said}: error {choice.error:.2g} %, {predicted:.3g} s on {study.ranks} "
+            "rank(s), "
+            f"{choice.megabytes:.3g} MB predicted (aimed at {100 * MARGIN:.0f} % of what was asked for)"
+        )
         run = solve.run(choice.key)
         errors = solve.fit()
         record = record_of(solve, errors, choice, run, predicted)
         write_answer(solve, study.directory, choice, record)
-        say(f"reached    error {record['error']:.2g} +- {record['error_uncertainty']:.2g} %: {sentence_of(record['parts'])}; "
-            f"{record['seconds']:.3g} s")
+        say(
+            f"reached    error {record['error']:.2g} +- {record['error_uncertainty']:.2g} %: "
+            f"{sentence_of(record['parts'])}; {record['seconds']:.3g} s"
+        )
         if record["met"]:
             say(f"the target is met: {study.directory / 'answer.json'}, {study.directory / 'chosen.nml'}")
             return
         say("the target is missed: once more, with all runs so far")
-    raise Missed(f"the target of {options.error:g} % was not reached in {ROUNDS} rounds: {record['error']:.2g} +- "
-                 f"{record['error_uncertainty']:.2g} % was ({study.directory / 'answer.json'})")
+    raise Missed(
+        f"the target of {options.error:g} % was not reached in {ROUNDS} rounds: {record['error']:.2g} +- "
+        f"{record['error_uncertainty']:.2g} % was ({study.directory / 'answer.json'})"
+    )
 
 
 def refusal(solve, cheapest, best, least):
@@ -334,24 +419,39 @@ def refusal(solve, cheapest, best, least):
     if cheapest is None:
         said += f"is not to be had with the cells and speeds that are tried (the best is {least:.2g} %)"
     else:
-        said += (f"would take {cheapest.seconds / solve.study.ranks:.3g} s and {cheapest.megabytes:.3g} MB ({cheapest.said}); the budget has "
-                 f"{max(solve.left(), 0):.3g} s left")
+        said += (
+            f"would take {cheapest.seconds / solve.study.ranks:.3g} s and {cheapest.megabytes:.3g} MB "
+            f"({cheapest.said}); the budget has {max(solve.left(), 0):.3g} s left"
+        )
     if best is not None:
-        said += f"; within it {best.error:.2g} % is to be had, in {best.seconds / solve.study.ranks:.3g} s ({best.said})"
+        said += (
+            f"; within it {best.error:.2g} % is to be had, in {best.seconds / solve.study.ranks:.3g} s "
+            f"({best.said})"
+        )
     return said
 
 
 def arguments():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("scene", type=Path)
-    parser.add_argument("--quantity", default="", help="one of the study's file beside the scene; without it load or energy")
+    parser.add_argument(
+        "--quantity", default="", help="one of the study's file beside the scene; without it load or energy"
+    )
     parser.add_argument("--error", type=float, required=True, help="asked for, per cent")
     parser.add_argument("--budget", type=float, default=600.0, help="seconds of the clock for all runs (600)")
     parser.add_argument("--ranks", type=int, default=1, help="of each run (1)")
-    parser.add_argument("--setting", type=Path, help="another file than NAME.toml or studies/NAME.toml beside the scene")
+    parser.add_argument(
+        "--setting", type=Path, help="another file than NAME.toml or studies/NAME.toml beside the scene"
+    )
     parser.add_argument("--out", type=Path, help="out/solve/NAME when not given")
     parser.add_argument("--program", type=Path, default=Path("gimp3d"))
-    parser.add_argument("--launch", default=os.environ.get("MPIRUN", "mpirun"), help="what starts runs; -n RANKS PROGRAM follows")
+    parser.add_argument(
+        "--launch",
+        default=os.environ.get("MPIRUN", "mpirun"),
+        help="what starts runs; -n RANKS PROGRAM follows",
+    )
     return parser.parse_args()
 
 

@@ -1,13 +1,15 @@
-"""What an accuracy takes: errors of space, time step and speed from a few runs, and what other settings would have and cost.
+"""What an accuracy takes: errors of space, time step and speed from a few runs, and what other settings would
+have and cost.
 
-Curves are those of study_quantity, on the same places x. With the finest cell h (m), the speed s of what is prescribed (1: as the
-scene says) and the time step as a share t of the scene's,
+Curves are those of study_quantity, on the same places x. With the finest cell h (m), the speed s of what is
+prescribed (1: as the scene says) and the time step as a share t of the scene's,
 
     q(h, s, t) = q0 + a h^p + b s + c t
 
-space with the order p that three grids show (Richardson), speed and time step of first order, each from one run more. Errors are rms
-over the places, per cent of the largest magnitude of q0, and added as sizes, so that none hides another.
-"""
+space with the order p that three grids show (Richardson), speed and time step of first order, each from one
+run more. Errors are rms over the places, per cent of the largest magnitude of q0, and added as sizes, so that
+none hides another."""
+
 import dataclasses
 import math
 
@@ -16,21 +18,23 @@ import numpy as np
 import study_fit as fit
 
 LOWEST_ORDER, HIGHEST_ORDER = 0.5, 3.0
-MARGIN = 0.8 # of the target: what is aimed at
+MARGIN = 0.8  # of the target: what is aimed at
 
 
 @dataclasses.dataclass
 class Sample:
     """One run: settings and curve."""
-    cell: float    # of the finest level, m
-    speed: float   # of what is prescribed, as a factor
-    step: float    # of the time step, as a factor
+
+    cell: float  # of the finest level, m
+    speed: float  # of what is prescribed, as a factor
+    step: float  # of the time step, as a factor
     curve: np.ndarray
 
 
 class Errors:
-    """The model, from samples. `ladder`: one of each of at least two cells; `speeds` and `steps`: pairs of samples that differ in the
-    speed, in the time step, alone; None: the part does not exist or is not known."""
+    """The model, from samples. `ladder`: one of each of at least two cells; `speeds` and `steps`: pairs of
+    samples that differ in the speed, in the time step, alone; None: the part does not exist or is not
+    known."""
 
     def __init__(self, ladder, speeds=None, steps=None):
         self.ladder = sorted(ladder, key=lambda sample: -sample.cell)
@@ -42,7 +46,7 @@ class Errors:
         self.order, self.limit = self.extrapolate(cells, plain)
         self.scale = float(np.max(np.abs(self.limit)))
         finest = plain[-1] - self.limit
-        self.space = finest / cells[-1]**self.order # a, as a curve
+        self.space = finest / cells[-1] ** self.order  # a, as a curve
         self.trust = self.agreement(cells, plain)
 
     @staticmethod
@@ -63,30 +67,42 @@ class Errors:
         return curve
 
     def extrapolate(self, cells, curves):
-        """Order and limit. Where the three finest grids show no order, the first is taken, the finest is as far from the limit as it is
-        from the farther of the two others, and a note says so."""
+        """Order and limit. Where the three finest grids show no order, the first is taken, the finest is as
+        far from the limit as it is from the farther of the two others, and a note says so."""
         try:
             limit, order = fit.richardson(cells, curves)
             if LOWEST_ORDER <= order <= HIGHEST_ORDER:
                 return order, limit
-            self.notes.append(f"the grids show an order of {order:.2f} in the cell; {min(max(order, LOWEST_ORDER), HIGHEST_ORDER):g} is taken")
+            self.notes.append(
+                f"the grids show an order of {order:.2f} in the cell; "
+                f"{min(max(order, LOWEST_ORDER), HIGHEST_ORDER):g} is taken"
+            )
             order = min(max(order, LOWEST_ORDER), HIGHEST_ORDER)
         except fit.NoOrder as reason:
-            self.notes.append(f"no order in the cell ({reason}); the first is taken, and the spread of the three finest for the error")
+            self.notes.append(
+                f"no order in the cell ({reason}); the first is taken, and the spread of the three finest "
+                "for the error"
+            )
             others = [2 * curves[-1] - curve for curve in curves[-3:-1]]
-            return 1.0, max(others, key=lambda limit: float(np.mean((curves[-1] - limit)**2)))
-        limits = [self.two_grids(order, cells[k], curves[k], cells[-1], curves[-1]) for k in range(max(0, len(cells) - 3), len(cells) - 1)]
-        return order, max(limits, key=lambda limit: float(np.mean((curves[-1] - limit)**2)))
+            return 1.0, max(others, key=lambda limit: float(np.mean((curves[-1] - limit) ** 2)))
+        limits = [
+            self.two_grids(order, cells[k], curves[k], cells[-1], curves[-1])
+            for k in range(max(0, len(cells) - 3), len(cells) - 1)
+        ]
+        return order, max(limits, key=lambda limit: float(np.mean((curves[-1] - limit) ** 2)))
 
     @staticmethod
     def two_grids(order, coarse, coarse_curve, fine, fine_curve):
         return fine_curve - (coarse_curve - fine_curve) * fine**order / (coarse**order - fine**order)
 
     def agreement(self, cells, curves):
-        """By how much the limit moves with what it is made of: largest rms distance to the limits of each pair of neighbours with orders
-        from 1 to 2, per cent."""
-        others = [self.two_grids(p, cells[k], curves[k], cells[k + 1], curves[k + 1])
-                  for k in range(max(0, len(cells) - 2), len(cells) - 1) for p in (1.0, self.order, 2.0)]
+        """By how much the limit moves with what it is made of: largest rms distance to the limits of each
+        pair of neighbours with orders from 1 to 2, per cent."""
+        others = [
+            self.two_grids(p, cells[k], curves[k], cells[k + 1], curves[k + 1])
+            for k in range(max(0, len(cells) - 2), len(cells) - 1)
+            for p in (1.0, self.order, 2.0)
+        ]
         return max((self.rms(other - self.limit) for other in others), default=math.inf)
 
     def rms(self, curve):
@@ -103,7 +119,8 @@ class Errors:
         return found
 
     def of(self, sample):
-        """Of a run: of one of the grids the sum of its parts; of any other how far it is from their limit. Per cent."""
+        """Of a run: of one of the grids the sum of its parts; of any other how far it is from their limit.
+        Per cent."""
         if any(sample is one for one in self.ladder):
             return self.total(sample.cell, sample.speed, sample.step)
         return self.rms(sample.curve - self.limit)
@@ -112,26 +129,27 @@ class Errors:
         return sum(self.parts(cell, speed, step).values())
 
     def uncertainty(self, cell, speed=1.0, step=1.0):
-        """Of `total`: how far the limit is open, and half of what speed and time step are said to be (they are of first order by
-        assumption), per cent."""
+        """Of `total`: how far the limit is open, and half of what speed and time step are said to be (they
+        are of first order by assumption), per cent."""
         parts = self.parts(cell, speed, step)
         return self.trust + 0.5 * (parts.get("speed", 0.0) + parts.get("time step", 0.0))
 
 
 class Price:
-    """Seconds of a run from its steps and particle-steps: T = a steps + b particle-steps, both at least 0, fitted to runs."""
+    """Seconds of a run from its steps and particle-steps: T = a steps + b particle-steps, both at least 0,
+    fitted to runs."""
 
     def __init__(self, rows):
         """rows: (steps, particle-steps, core-seconds)."""
         work = np.array([(steps, updates) for steps, updates, _ in rows], float)
         seconds = np.array([row[2] for row in rows])
-        weight = 1 / seconds # relative errors
+        weight = 1 / seconds  # relative errors
         self.factors = None
         if len(rows) > 1:
             found = np.linalg.lstsq(work * weight[:, None], np.ones(len(rows)), rcond=None)[0]
             if np.all(found >= 0):
                 self.factors = found
-        if self.factors is None: # by particle-steps alone, the last row, which is the largest
+        if self.factors is None:  # by particle-steps alone, the last row, which is the largest
             self.factors = np.array([0.0, seconds[-1] / work[-1, 1]])
 
     def of(self, steps, updates):
@@ -141,10 +159,11 @@ class Price:
 @dataclasses.dataclass
 class Choice:
     """Settings that may be run: what they are predicted to have and to take."""
+
     settings: dict
-    key: tuple       # the same as solve.Key
-    error: float     # per cent
-    seconds: float   # core-seconds
+    key: tuple  # the same as solve.Key
+    error: float  # per cent
+    seconds: float  # core-seconds
     megabytes: float
 
     @property
@@ -153,7 +172,8 @@ class Choice:
 
 
 def choose(choices, target, seconds):
-    """The cheapest that is predicted to meet the target with a margin; else None. And the best that the seconds buy; else None."""
+    """The cheapest that is predicted to meet the target with a margin; else None. And the best that the
+    seconds buy; else None."""
     meeting = [choice for choice in choices if choice.error <= MARGIN * target]
     cheapest = min(meeting, key=lambda choice: choice.seconds, default=None)
     within = [choice for choice in choices if choice.seconds <= seconds]

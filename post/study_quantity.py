@@ -1,4 +1,5 @@
 """Curves that a study compares: from what a run wrote, from theory, from tables."""
+
 import numpy as np
 
 import indentation
@@ -7,7 +8,8 @@ from study_scene import BadSetting
 
 
 def curve_of(run, quantity):
-    """x and y of a run: depth (m) and load of the whole body (N); time (s, as at the given speed) and a column; 0 and a number."""
+    """x and y of a run: depth (m) and load of the whole body (N); time (s, as at the given speed) and a
+    column; 0 and a number."""
     if quantity.kind == "printed":
         return np.zeros(1), np.array([run.record["printed"][quantity.column or "error"]])
     speed = run.settings.get("speed", 1.0)
@@ -23,7 +25,8 @@ def curve_of(run, quantity):
 
 
 def worst_balance(run):
-    """Largest error of the energy balance over the second half of the time, per cent; None where a run has no energy.dat."""
+    """Largest error of the energy balance over the second half of the time, per cent; None where a run has no
+    energy.dat."""
     if not (run.directory / "energy.dat").is_file():
         return None
     history = History(run.directory / "energy.dat")
@@ -45,13 +48,15 @@ def load(run, quantity):
     _, gap = indentation.indented_body(run.case, tool)
     share = indentation.share_of_body(history)
     along = indentation.unit_axis(tool)
-    way = slice(0, int(np.argmax(history["depth"])) + 1)  # up to the largest depth: the way back is another curve
+    # up to the largest depth: the way back is another curve
+    way = slice(0, int(np.argmax(history["depth"])) + 1)
     force = -sum(history[f"load_{axis}"] * part for axis, part in zip("xyz", along)) / share
     return history["depth"][way] - gap, force[way]
 
 
 def probe(run, quantity):
-    """Time and the column of a probe, or the mean of the eight about a point; displacement_x, _y, _z are made of positions."""
+    """Time and the column of a probe, or the mean of the eight about a point; displacement_x, _y, _z are made
+    of positions."""
     if not quantity.point:
         history = History(run.directory / f"probe_{quantity.probe}.dat")
         return history["time"], column_of(history, quantity.column)
@@ -59,12 +64,17 @@ def probe(run, quantity):
     grid, sides = run.case["grid"][0], run.case["grid"][0]["boundary"]
     for i, axis in enumerate("xyz"):
         start = np.array([one[axis][0] for one in probes])
-        at_side = min(abs(quantity.point[i] - grid["lower"][i]), abs(quantity.point[i] - grid["upper"][i])) < 1e-6 * run.cell
+        at_side = (
+            min(abs(quantity.point[i] - grid["lower"][i]), abs(quantity.point[i] - grid["upper"][i]))
+            < 1e-6 * run.cell
+        )
         if at_side and set(sides) & {"symmetry"} and np.ptp(start) < 1e-6 * run.cell:
             continue
         if abs(start.mean() - quantity.point[i]) > 1e-6 * run.cell:
-            raise BadSetting(f"quantity {quantity.name}: the particles around the point do not lie evenly about it along {axis} "
-                             f"(their middle is {start.mean():.6g} m) with cells of {run.cell:.4g} m")
+            raise BadSetting(
+                f"quantity {quantity.name}: the particles around the point do not lie evenly about it along "
+                f"{axis} (their middle is {start.mean():.6g} m) with cells of {run.cell:.4g} m"
+            )
     return probes[0]["time"], np.mean([column_of(one, quantity.column) for one in probes], axis=0)
 
 
@@ -73,7 +83,10 @@ def column_of(history, name):
         place = history[name[-1]]
         return place - place[0]
     if name not in history.columns:
-        raise BadSetting(f"column='{name}': there are {', '.join(history.columns)}, displacement_x, displacement_y, displacement_z")
+        raise BadSetting(
+            f"column='{name}': there are {', '.join(history.columns)}, displacement_x, displacement_y, "
+            "displacement_z"
+        )
     return history[name]
 
 
@@ -88,8 +101,9 @@ def frequency(time, values, run):
 
 
 def suddenly_heavy_bar(run, quantity):
-    """A bar along z in uniaxial strain on a roller or symmetry base at the grid's lower side, at rest until gravity acts at time 0:
-    displacement along z of the probe's particle over time, from 400 modes. With wave speed c, length L, acceleration g downwards,
+    """A bar along z in uniaxial strain on a roller or symmetry base at the grid's lower side, at rest until
+    gravity acts at time 0: displacement along z of the probe's particle over time, from 400 modes. With wave
+    speed c, length L, acceleration g downwards,
 
        u(Z, t) = -sum_k 2 g/(L w_k^2 q_k) sin(q_k Z) (1 - cos(w_k t)),   q_k = (k - 1/2) pi/L,  w_k = c q_k
     """
@@ -100,7 +114,7 @@ def suddenly_heavy_bar(run, quantity):
     g = -run.case["gravity"][0]["acceleration"][2]
     history = History(run.directory / f"probe_{quantity.probe}.dat")
     q = (np.arange(1, 401) - 0.5) * np.pi / length
-    shape = 2 * g / (length * (c * q)**2 * q) * np.sin(q * (history["z"][0] - base))
+    shape = 2 * g / (length * (c * q) ** 2 * q) * np.sin(q * (history["z"][0] - base))
     return history["time"], -(1 - np.cos(np.outer(history["time"], c * q))) @ shape
 
 
@@ -108,8 +122,8 @@ theories = {"suddenly_heavy_bar": suddenly_heavy_bar}
 
 
 def reference_of(quantity, runs, folder):
-    """A known answer: (name, x, y) with y a function of a run's x where it has none of its own; None for Richardson's limit and
-    runs as references."""
+    """A known answer: (name, x, y) with y a function of a run's x where it has none of its own; None for
+    Richardson's limit and runs as references."""
     wanted = quantity.reference
     if quantity.kind == "printed":
         return "exact", None
@@ -123,7 +137,9 @@ def reference_of(quantity, runs, folder):
         return theory[0], theory[1]
     if wanted == "theory":
         if quantity.theory not in theories:
-            raise BadSetting(f"quantity {quantity.name}: theory='{quantity.theory}'; there are {', '.join(theories)}")
+            raise BadSetting(
+                f"quantity {quantity.name}: theory='{quantity.theory}'; there are {', '.join(theories)}"
+            )
         return quantity.theory.replace("_", " "), theories[quantity.theory]
     if isinstance(wanted, str) and wanted != "richardson":
         return wanted.rsplit("/", 1)[-1], indentation.read_reference(folder / wanted)
@@ -131,15 +147,21 @@ def reference_of(quantity, runs, folder):
 
 
 def places(quantity, curves, table=None):
-    """Where curves are compared: the table's own places in the window of the way that all curves go, or 200 places in it."""
+    """Where curves are compared: the table's own places in the window of the way that all curves go, or 200
+    places in it."""
     if len(next(iter(curves))[0]) == 1:
         return np.zeros(1)
     last = min(x[-1] for x, _ in curves)
     if table is not None:
         last = min(last * (1 + 1e-9), table[0][-1] * (1 + 1e-9))
-        own = table[0][(table[0] > quantity.window[0] * last * (1 - 1e-9)) & (table[0] <= quantity.window[1] * last * (1 + 1e-9))]
+        own = table[0][
+            (table[0] > quantity.window[0] * last * (1 - 1e-9))
+            & (table[0] <= quantity.window[1] * last * (1 + 1e-9))
+        ]
         if len(own) < 3:
-            raise BadSetting(f"quantity {quantity.name}: the reference has fewer than 3 rows where the runs are compared")
+            raise BadSetting(
+                f"quantity {quantity.name}: the reference has fewer than 3 rows where the runs are compared"
+            )
         return own
     return np.linspace(quantity.window[0], quantity.window[1], 201)[1:] * last
 

@@ -1,4 +1,5 @@
 """Runs of a study: each in a directory named by what goes into it, so that what was run stays."""
+
 import hashlib
 import json
 import os
@@ -28,7 +29,9 @@ class Run:
         scene = self.make_scene()
         self.case = scene.values()
         self.text = scene.text
-        key = hashlib.sha256(f"{study.program_hash}\n{study.ranks}\n{json.dumps(self.case)}".encode()).hexdigest()[:16]
+        key = hashlib.sha256(
+            f"{study.program_hash}\n{study.ranks}\n{json.dumps(self.case)}".encode()
+        ).hexdigest()[:16]
         self.directory = study.directory / "runs" / key
         self.record = {"seconds": [], "sessions": [], "fault": ""}
         kept = self.directory / "study.json"
@@ -36,7 +39,9 @@ class Run:
             try:
                 self.record = json.loads(kept.read_text())
             except ValueError as error:
-                raise Unreadable(f"{kept}: not a record of a run ({error}); remove its directory and it is run again")
+                raise Unreadable(
+                    f"{kept}: not a record of a run ({error}); remove its directory and it is run again"
+                )
 
     def make_scene(self):
         study = self.study
@@ -59,13 +64,15 @@ class Run:
         case = self.case
         if "cell" in self.settings and "grid" not in case:
             return self.settings["cell"]
-        return case["grid"][0]["cell_size"][0] * 0.5**depth_of(case)
+        return case["grid"][0]["cell_size"][0] * 0.5 ** depth_of(case)
 
     @property
     def said(self):
         """What sets it apart from the base."""
         base = self.study.setting.base
-        return described({name: value for name, value in self.settings.items() if name not in base or base[name] != value})
+        return described(
+            {name: value for name, value in self.settings.items() if name not in base or base[name] != value}
+        )
 
     @property
     def safety(self):
@@ -97,8 +104,13 @@ class Run:
             self.directory.mkdir(parents=True)
             (self.directory / "scene.nml").write_text(self.text)
         start, before = time.monotonic(), resource.getrusage(resource.RUSAGE_CHILDREN)
-        done = subprocess.run([*self.study.launch, "-n", str(self.study.ranks), str(self.study.program)], input=self.text,
-                              cwd=self.directory, capture_output=True, text=True)
+        done = subprocess.run(
+            [*self.study.launch, "-n", str(self.study.ranks), str(self.study.program)],
+            input=self.text,
+            cwd=self.directory,
+            capture_output=True,
+            text=True,
+        )
         wall, after = time.monotonic() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
         worked = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
         (self.directory / "log").write_text(done.stdout + done.stderr)
@@ -107,10 +119,13 @@ class Run:
         if done.returncode in (2, 3):
             self.record["fault"] = last_line(done)
         elif done.returncode != 0:
-            raise Unreadable(f"{self.directory}: the run ended with status {done.returncode}: {last_line(done)}")
+            raise Unreadable(
+                f"{self.directory}: the run ended with status {done.returncode}: {last_line(done)}"
+            )
         else:
             seconds = self.printed(done.stdout) if self.study.setting.program else self.measured(done.stdout)
-            # Another job may have had the core for a while: then the processor's time is the less, start and end included
+            # Another job may have had the core for a while: then the processor's time is the less, start and
+            # end included
             self.record["seconds"].append(min(seconds, worked) if self.study.ranks == 1 else seconds)
             self.record["sessions"].append(session)
         partial = self.directory / "study.json.part"
@@ -119,11 +134,15 @@ class Run:
         return wall
 
     def measured(self, log):
-        """Seconds of the loop, from cost.dat: all but output, checkpoints and the estimate of the error at the end. Facts of the run into the record."""
+        """Seconds of the loop, from cost.dat: all but output, checkpoints and the estimate of the error at
+        the end. Facts of the run into the record."""
         text = (self.directory / "cost.dat").read_text()
         names = dict(re.findall(r'^AUXDATA phase_(\d+)="([^"]*)"', text, re.M))
-        rows = {names.get(str(int(float(line.split()[0]))), ""): float(line.split()[2])
-                for line in text.splitlines() if re.match(r"\s*[-+]?\d", line)}
+        rows = {
+            names.get(str(int(float(line.split()[0]))), ""): float(line.split()[2])
+            for line in text.splitlines()
+            if re.match(r"\s*[-+]?\d", line)
+        }
         if "all" not in rows:
             raise Unreadable(f"{self.directory}/cost.dat: no row `all`")
         particles = re.search(r"^particles +(\d+)", log, re.M)
@@ -131,7 +150,9 @@ class Run:
         steps = re.search(r"^(\d+) steps to", log, re.M)
         self.record["particles"] = int(particles[1]) if particles else None
         self.record["steps"] = int(steps[1]) if steps else None
-        self.record["megabytes"] = float(memory[1]) * {"": 1e-6, "k": 1e-3, "M": 1.0, "G": 1e3}[memory[2]] if memory else None
+        self.record["megabytes"] = (
+            float(memory[1]) * {"": 1e-6, "k": 1e-3, "M": 1.0, "G": 1e3}[memory[2]] if memory else None
+        )
         return rows["all"] - sum(rows.get(name, 0.0) for name in ("output", "checkpoint", "indicators"))
 
     def printed(self, log):
@@ -159,7 +180,8 @@ class Budget:
         self.left, self.say, self.rates = seconds, say, {}
 
     def work(self, run):
-        """In proportion to particles times steps, as far as the settings say; the rate of a family makes up for the rest."""
+        """In proportion to particles times steps, as far as the settings say; the rate of a family makes up
+        for the rest."""
         settings = run.settings
         grid = run.case.get("grid", [{}])[0]
         cell = grid["cell_size"][0] if grid else settings["cell"]
@@ -186,7 +208,9 @@ class Budget:
                 continue
             expected = self.expected(family, run)
             if expected > self.left or self.left <= 0:
-                self.say(f"left out: {family}, {run.said}: about {expected:.0f} s, {self.left:.0f} s are left")
+                self.say(
+                    f"left out: {family}, {run.said}: about {expected:.0f} s, {self.left:.0f} s are left"
+                )
                 continue
             self.left -= run.go()
             if run.good:
@@ -198,9 +222,15 @@ class Budget:
         """Up to so many runs of each, the short ones first."""
         for _ in range(1, wanted):
             for run in sorted((run for run in runs if run.good), key=lambda run: run.seconds):
-                if len(run.record["seconds"]) < wanted and statistics.median(run.record["seconds"]) <= self.left:
+                if (
+                    len(run.record["seconds"]) < wanted
+                    and statistics.median(run.record["seconds"]) <= self.left
+                ):
                     self.left -= run.go()
 
 
 def described(settings):
-    return ", ".join(f"{name}={value:.4g}" if isinstance(value, float) else f"{name}={value}" for name, value in settings.items())
+    return ", ".join(
+        f"{name}={value:.4g}" if isinstance(value, float) else f"{name}={value}"
+        for name, value in settings.items()
+    )

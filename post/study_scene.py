@@ -1,4 +1,5 @@
 """Scenes as text that is edited: values of namelist groups, and the knobs of a study made of them."""
+
 import math
 import re
 
@@ -29,8 +30,8 @@ class Scene:
         self.text = text
 
     def groups(self, name):
-        """For each group of this name: where it starts and ends, where its `/` stands, and the span of the values of each
-        variable."""
+        """For each group of this name: where it starts and ends, where its `/` stands, and the span of the
+        values of each variable."""
         found, at = [], 0
         while start := group_start.search(self.text, at):
             spans, current, before = {}, None, start.end()
@@ -56,9 +57,11 @@ class Scene:
         """Give a variable a value (None: take it out) in all groups of a name, or in one."""
         groups = self.groups(group)
         if which is not None:
-            groups = groups[which:which + 1]
+            groups = groups[which : which + 1]
         if not groups:
-            raise BadSetting(f"the scene has no &{group}" + (f" number {which + 1}" if which is not None else ""))
+            raise BadSetting(
+                f"the scene has no &{group}" + (f" number {which + 1}" if which is not None else "")
+            )
         for start, end, slash, spans in reversed(groups):
             if variable in spans:
                 first, last = spans[variable]
@@ -85,29 +88,44 @@ class Scene:
             self.add(group)
 
 
-# ---- knobs ----------------------------------------------------------------------------------------------------------------------
+# ---- knobs
+# ------------------------------------------------------------------------------------------------------------
+
 
 def set_cell(scene, cell, setting):
-    """Cells of another size; the grid's upper corner moves out to whole cells, and with it the sides of levels that lie there."""
+    """Cells of another size; the grid's upper corner moves out to whole cells, and with it the sides of
+    levels that lie there."""
     values = scene.values()
     grid = values["grid"][0]
     counts = [math.ceil((high - low) / cell * (1 - 1e-9)) for low, high in zip(grid["lower"], grid["upper"])]
     scene.set("grid", "cell_size", float(cell))
-    upper = [low + count * cell for low, count in zip(grid["lower"], counts)] # not rounded: surfaces lie on nodes
+    # not rounded: surfaces lie on nodes
+    upper = [low + count * cell for low, count in zip(grid["lower"], counts)]
     scene.set("grid", "upper", upper)
     for which, level in enumerate(values.get("level", [])):
         if "upper" not in level:  # a ball, or what the error places
             continue
-        scene.set("level", "upper", [new if abs(own - old) < 1e-9 * cell else own
-                                     for own, old, new in zip(level["upper"], grid["upper"], upper)], which)
+        scene.set(
+            "level",
+            "upper",
+            [
+                new if abs(own - old) < 1e-9 * cell else own
+                for own, old, new in zip(level["upper"], grid["upper"], upper)
+            ],
+            which,
+        )
 
 
 def set_levels(scene, count, setting):
-    """The first so many of the scene's levels, and after them of the study's `level_boxes`, as far as they lie in the grid."""
+    """The first so many of the scene's levels, and after them of the study's `level_boxes`, as far as they
+    lie in the grid."""
     grid = scene.values()["grid"][0]
     for lower, upper in setting.level_boxes:
-        scene.add("level", lower=[max(pair) for pair in zip(lower, grid["lower"])],
-                  upper=[min(pair) for pair in zip(upper, grid["upper"])])
+        scene.add(
+            "level",
+            lower=[max(pair) for pair in zip(lower, grid["lower"])],
+            upper=[min(pair) for pair in zip(upper, grid["upper"])],
+        )
     if len(scene.groups("level")) < count:
         raise BadSetting(f"levels={count}: scene and study together have {len(scene.groups('level'))}")
     scene.remove("level", count)
@@ -134,6 +152,7 @@ def in_group(group, variable):
     def change(scene, value, setting):
         scene.ensure(group)
         scene.set(group, variable, value)
+
     return change
 
 
@@ -149,11 +168,20 @@ def take_out(scene, group, setting):
     scene.remove(group)
 
 
-knobs = {"cell": set_cell, "without": take_out, "levels": set_levels, "speed": set_speed, "safety": set_safety,
-         "particles": in_group("body", "particles_per_cell"), "transfer": in_group("time", "transfer"),
-         "domain": in_group("time", "domain"), "flip_fraction": in_group("time", "flip_fraction"),
-         "stress_update": in_group("time", "stress_update"),
-         "tolerance": in_group("contact", "tolerance"), "compliance": in_group("contact", "compliance")}
+knobs = {
+    "cell": set_cell,
+    "without": take_out,
+    "levels": set_levels,
+    "speed": set_speed,
+    "safety": set_safety,
+    "particles": in_group("body", "particles_per_cell"),
+    "transfer": in_group("time", "transfer"),
+    "domain": in_group("time", "domain"),
+    "flip_fraction": in_group("time", "flip_fraction"),
+    "stress_update": in_group("time", "stress_update"),
+    "tolerance": in_group("contact", "tolerance"),
+    "compliance": in_group("contact", "compliance"),
+}
 
 
 def turn(scene, knob, value, setting):
@@ -170,7 +198,8 @@ def turn(scene, knob, value, setting):
 
 
 def scene_of(text, settings, setting):
-    """The scene with all knobs of a rung turned: the cells first, for levels lie on their grid, the speed last."""
+    """The scene with all knobs of a rung turned: the cells first, for levels lie on their grid, the speed
+    last."""
     scene = Scene(text)
     for knob in sorted(settings, key=lambda knob: (knob != "cell", knob == "speed")):
         turn(scene, knob, settings[knob], setting)
@@ -178,15 +207,20 @@ def scene_of(text, settings, setting):
 
 
 def add_probes(scene, point):
-    """Eight probes about a point (on sides of symmetry: beside it), in the middles of the particles around it when it is a node
-    of the grid. Names p0 to p7."""
+    """Eight probes about a point (on sides of symmetry: beside it), in the middles of the particles around it
+    when it is a node of the grid. Names p0 to p7."""
     case = scene.values()
     grid, cell = case["grid"][0], case["grid"][0]["cell_size"][0]
     levels = [one for one in case.get("level", []) if "upper" in one]
-    inside = [all(low - 1e-9 * cell <= x <= high + 1e-9 * cell for low, x, high in zip(one["lower"], point, one["upper"]))
-              for one in levels]
-    cell *= 0.5**sum(inside)
-    a_side = round(int(case["body"][0].get("particles_per_cell", [8])[0])**(1 / 3))
+    inside = [
+        all(
+            low - 1e-9 * cell <= x <= high + 1e-9 * cell
+            for low, x, high in zip(one["lower"], point, one["upper"])
+        )
+        for one in levels
+    ]
+    cell *= 0.5 ** sum(inside)
+    a_side = round(int(case["body"][0].get("particles_per_cell", [8])[0]) ** (1 / 3))
     off = cell / (2 * a_side)
     for corner in range(8):
         place = []

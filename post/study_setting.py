@@ -1,4 +1,6 @@
-"""What a study climbs: the file beside a scene (doc/user/accuracy_cost.md, Settings), or, where there is none, ladders by default."""
+"""What a study climbs: the file beside a scene (doc/user/accuracy_cost.md, Settings), or, where there is
+none, ladders by default."""
+
 import dataclasses
 import tomllib
 
@@ -11,17 +13,19 @@ kinds = ("load", "probe", "energy", "frequency", "printed")
 @dataclasses.dataclass
 class Quantity:
     """What is compared, and with what."""
+
     name: str
     kind: str
-    reference: object = "richardson" # "richardson", "theory", a number, the path of a table, a table of knobs of a run of its own
-    reference_error: float = 0.0     # per cent
-    window: tuple = (0.5, 1.0)       # share of the last depth or time that is compared
-    tool: str = ""                   # load: the first when empty
-    column: str = ""                 # probe, energy, frequency
-    probe: str = ""                  # a probe of the scene, or, with `point`, eight about it
-    point: tuple = ()                # m
-    theory: str = ""                 # of a probe; see study_quantity
-    smooth: float = 0.02             # load: a line is fitted over so much of the last depth to either side
+    # "richardson", "theory", a number, the path of a table, a table of knobs of a run of its own
+    reference: object = "richardson"
+    reference_error: float = 0.0  # per cent
+    window: tuple = (0.5, 1.0)  # share of the last depth or time that is compared
+    tool: str = ""  # load: the first when empty
+    column: str = ""  # probe, energy, frequency
+    probe: str = ""  # a probe of the scene, or, with `point`, eight about it
+    point: tuple = ()  # m
+    theory: str = ""  # of a probe; see study_quantity
+    smooth: float = 0.02  # load: a line is fitted over so much of the last depth to either side
 
     def check(self):
         if self.kind not in kinds:
@@ -35,6 +39,7 @@ class Quantity:
 @dataclasses.dataclass
 class Family:
     """Runs that differ in one knob."""
+
     name: str
     settings: dict
     climb: str
@@ -47,18 +52,19 @@ class Family:
 @dataclasses.dataclass
 class Setting:
     title: str
-    base: dict            # knobs of every run
-    families: list        # the first is the main one
-    shares: dict          # name -> knobs that halve (or better) one thing
-    about: dict           # the rung that shares stand about; {} for the last but one of the main family
-    comparisons: list     # pairs of names of families
-    targets: list         # per cent
-    budgets: list         # seconds
+    base: dict  # knobs of every run
+    families: list  # the first is the main one
+    shares: dict  # name -> knobs that halve (or better) one thing
+    about: dict  # the rung that shares stand about; {} for the last but one of the main family
+    comparisons: list  # pairs of names of families
+    targets: list  # per cent
+    budgets: list  # seconds
     balance_limit: float  # per cent; a run whose energy balance is worse late on is not taken for the front
-    level_boxes: list     # [lower, upper] (m) of levels that `levels` may add
-    program: str = ""     # another program than gimp3d, which reads what the scene file says and prints lines `study: NAME VALUE`
+    level_boxes: list  # [lower, upper] (m) of levels that `levels` may add
+    # another program than gimp3d, which reads what the scene file says and prints lines `study: NAME VALUE`
+    program: str = ""
     ranks: int = 1
-    lenient: bool = False # a rung that the program refuses is left out, and told; else it ends the study
+    lenient: bool = False  # a rung that the program refuses is left out, and told; else it ends the study
 
 
 def known(where, table, allowed):
@@ -71,7 +77,9 @@ def make(where, kind, name, table, **more):
     fields = [field.name for field in dataclasses.fields(kind) if field.name != "name"]
     known(where, table, fields)
     try:
-        one = kind(name=name, **more, **{key: tuple(v) if isinstance(v, list) else v for key, v in table.items()})
+        one = kind(
+            name=name, **more, **{key: tuple(v) if isinstance(v, list) else v for key, v in table.items()}
+        )
     except TypeError:
         raise BadSetting(f"{where}: a kind is missing; allowed: {', '.join(kinds)}")
     one.check()
@@ -84,22 +92,56 @@ def read(path):
         table = tomllib.loads(path.read_text())
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise Unreadable(f"{path}: {error}")
-    known(str(path), table, ("title", "base", "cells", "families", "shares", "about", "comparisons", "targets", "budgets",
-                             "balance_limit", "level_boxes", "program", "ranks", "quantity"))
+    known(
+        str(path),
+        table,
+        (
+            "title",
+            "base",
+            "cells",
+            "families",
+            "shares",
+            "about",
+            "comparisons",
+            "targets",
+            "budgets",
+            "balance_limit",
+            "level_boxes",
+            "program",
+            "ranks",
+            "quantity",
+        ),
+    )
     if not table.get("quantity") or not table.get("families"):
         raise BadSetting(f"{path}: [quantity.NAME] and [families.NAME] must stand there")
-    families = [family(f"{path}, families.{name}", name, one, table.get("cells")) for name, one in table["families"].items()]
+    families = [
+        family(f"{path}, families.{name}", name, one, table.get("cells"))
+        for name, one in table["families"].items()
+    ]
     names = [one.name for one in families]
     comparisons = [tuple(pair) for pair in table.get("comparisons", [])]
     for pair in comparisons:
         if len(pair) != 2 or set(pair) - set(names):
-            raise BadSetting(f"{path}: comparisons {list(pair)}; must be two of the families {', '.join(names)}")
-    setting = Setting(title=table.get("title", path.stem), base=table.get("base", {}), families=families,
-                      shares=table.get("shares", {}), about=table.get("about", {}), comparisons=comparisons,
-                      targets=table.get("targets", [1.0]), budgets=table.get("budgets", [60.0]),
-                      balance_limit=table.get("balance_limit", 5.0),
-                      level_boxes=table.get("level_boxes", []), program=table.get("program", ""), ranks=table.get("ranks", 1))
-    wanted = {name: make(f"{path}, quantity.{name}", Quantity, name, one) for name, one in table["quantity"].items()}
+            raise BadSetting(
+                f"{path}: comparisons {list(pair)}; must be two of the families {', '.join(names)}"
+            )
+    setting = Setting(
+        title=table.get("title", path.stem),
+        base=table.get("base", {}),
+        families=families,
+        shares=table.get("shares", {}),
+        about=table.get("about", {}),
+        comparisons=comparisons,
+        targets=table.get("targets", [1.0]),
+        budgets=table.get("budgets", [60.0]),
+        balance_limit=table.get("balance_limit", 5.0),
+        level_boxes=table.get("level_boxes", []),
+        program=table.get("program", ""),
+        ranks=table.get("ranks", 1),
+    )
+    wanted = {
+        name: make(f"{path}, quantity.{name}", Quantity, name, one) for name, one in table["quantity"].items()
+    }
     if len({one.point for one in wanted.values() if one.point}) > 1:
         raise BadSetting(f"{path}: all quantities must have the same point")
     return setting, wanted
@@ -123,8 +165,15 @@ def by_default(text, quantity_name):
         raise Unreadable(f"the scene lacks {error}")
     time = case.get("time", [{}])[0]
     cells, middle = [2 * cell, cell, 2 * cell / 3, cell / 2], {"cell": cell}
-    families = [Family("as given", {}, "cell", cells),
-                Family("1 a cell" if particles != 1 else "8 a cell", {"particles": 1 if particles != 1 else 8}, "cell", cells)]
+    families = [
+        Family("as given", {}, "cell", cells),
+        Family(
+            "1 a cell" if particles != 1 else "8 a cell",
+            {"particles": 1 if particles != 1 else 8},
+            "cell",
+            cells,
+        ),
+    ]
     if "affine" == time.get("transfer", ["affine"])[0]:
         families.append(Family("plain", {"transfer": "plain"}, "cell", cells))
     if "fixed" == time.get("domain", ["fixed"])[0]:
@@ -136,8 +185,10 @@ def by_default(text, quantity_name):
         families.append(Family("flip fraction", middle, "flip_fraction", [0.99, 1.0]))
     shares = {"time step": {"safety": 0.175}}
     if "tool" in case:
-        families += [Family("speed", middle, "speed", [0.5, 1.0, 2.0]),
-                     Family("contact tolerance", middle, "tolerance", [1e-4, 1e-8, 1e-10])]
+        families += [
+            Family("speed", middle, "speed", [0.5, 1.0, 2.0]),
+            Family("contact tolerance", middle, "tolerance", [1e-4, 1e-8, 1e-10]),
+        ]
         shares["contact"] = {"tolerance": 1e-11}
     if "tool" in case or "pressure" in case:
         shares["inertia"] = {"speed": 0.5}
@@ -146,7 +197,17 @@ def by_default(text, quantity_name):
     if name not in ("load", "energy"):
         raise BadSetting(f"QUANTITY={name}: without a file beside the scene it is load or energy")
     quantity = Quantity(name, name, column="" if name == "load" else "strain")
-    setting = Setting(title=(case.get("scene", [{}])[0].get("title") or ["untitled"])[0], base={}, families=families, shares=shares,
-                      about={}, comparisons=[(families[0].name, one.name) for one in families[1:] if one.climb == "cell"],
-                      targets=[1.0], budgets=[60.0], balance_limit=5.0, level_boxes=[], lenient=True)
+    setting = Setting(
+        title=(case.get("scene", [{}])[0].get("title") or ["untitled"])[0],
+        base={},
+        families=families,
+        shares=shares,
+        about={},
+        comparisons=[(families[0].name, one.name) for one in families[1:] if one.climb == "cell"],
+        targets=[1.0],
+        budgets=[60.0],
+        balance_limit=5.0,
+        level_boxes=[],
+        lenient=True,
+    )
     return setting, {name: quantity}

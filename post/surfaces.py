@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """Closed surfaces of triangles for shape='surface', written as STL or OBJ.
 
-    surfaces.py sphere OUT --radius R --facet H      a sphere, its foremost point in the origin, the rest above
-    surfaces.py cone OUT --half-angle A --height H --facet F
-    surfaces.py die OUT --entry RE --exit RX --outer RO --angle A --land L --facet F
+    surfaces.py sphere OUT --radius R --facet H      a sphere, its foremost point in the origin, the rest
+    above surfaces.py cone OUT --half-angle A --height H --facet F surfaces.py die OUT --entry RE --exit RX
+    --outer RO --angle A --land L --facet F
 
 Lengths are in the unit of the file (`scale` of the scene makes metres of it). As a module it makes any turned
 body: `revolve(profile, segments)`.
 """
+
 import argparse
 import math
 import struct
@@ -19,14 +20,15 @@ import numpy as np
 def revolve(profile, segments):
     """Triangles (n, 3, 3) of a profile of points (radius, z) turned about z.
 
-    The profile runs so that its outside is on the right hand, seen with the radius to the right and z upwards.
-    It begins and ends on the axis (radius 0), or it is closed (its last point is its first).
-    """
+    The profile runs so that its outside is on the right hand, seen with the radius to the right and z
+    upwards. It begins and ends on the axis (radius 0), or it is closed (its last point is its first)."""
     angle = 2 * math.pi * np.arange(segments) / segments
     turn = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     # one point on the axis, exactly
-    rings = [np.column_stack([r * turn, np.full(segments, z)]) if r > 0 else np.tile([0.0, 0.0, z], (segments, 1))
-             for r, z in profile]
+    rings = [
+        np.column_stack([r * turn, np.full(segments, z)]) if r > 0 else np.tile([0.0, 0.0, z], (segments, 1))
+        for r, z in profile
+    ]
     found = []
     for (low, (r0, _)), (high, (r1, _)) in zip(zip(rings, profile), zip(rings[1:], profile[1:])):
         for i in range(segments):
@@ -41,14 +43,26 @@ def revolve(profile, segments):
 def box(lower, upper):
     """Triangles of a box along the axes."""
     corner = np.array([[(lower, upper)[n >> a & 1][a] for a in range(3)] for n in range(8)])
-    of = [[0, 2, 3], [0, 3, 1], [4, 5, 7], [4, 7, 6], [0, 1, 5], [0, 5, 4], [2, 6, 7], [2, 7, 3], [0, 4, 6], [0, 6, 2],
-          [1, 3, 7], [1, 7, 5]]
+    of = [
+        [0, 2, 3],
+        [0, 3, 1],
+        [4, 5, 7],
+        [4, 7, 6],
+        [0, 1, 5],
+        [0, 5, 4],
+        [2, 6, 7],
+        [2, 7, 3],
+        [0, 4, 6],
+        [0, 6, 2],
+        [1, 3, 7],
+        [1, 7, 5],
+    ]
     return corner[np.array(of)]
 
 
 def sphere(radius, facet):
-    """A sphere whose lowest point is the origin: an octahedron whose faces are divided, so that no edge is longer than
-    `facet`; corners lie on the sphere."""
+    """A sphere whose lowest point is the origin: an octahedron whose faces are divided, so that no edge is
+    longer than `facet`; corners lie on the sphere."""
     return finer(lambda n: divided_octahedron(radius, n), 0.5 * math.pi * radius / facet, facet)
 
 
@@ -64,10 +78,12 @@ def divided_octahedron(radius, n):
     """A sphere about (0, 0, radius) as an octahedron whose edges are divided in n."""
     found = []
     for signs in ((x, y, z) for x in (1, -1) for y in (1, -1) for z in (1, -1)):
+
         def corner(i, j, signs=signs):
             # equal angles along the edges
             a = np.sin(0.5 * np.pi * np.array([i, j, n - i - j]) / n) * signs
             return radius * a / np.linalg.norm(a) + [0, 0, radius]
+
         for i in range(n):
             for j in range(n - i):
                 found.append([corner(i, j), corner(i + 1, j), corner(i, j + 1)])
@@ -81,18 +97,29 @@ def divided_octahedron(radius, n):
 
 
 def bowl(profile):
-    """Triangles of a profile of points (radius, z) that begins on the axis, turned about z; its outside is below. Ring
-    m has m edges in each eighth, so that triangles stay well shaped also where they meet on the axis."""
+    """Triangles of a profile of points (radius, z) that begins on the axis, turned about z; its outside is
+    below. Ring m has m edges in each eighth, so that triangles stay well shaped also where they meet on the
+    axis."""
+
     def corner(m, j):
         angle = 0.25 * math.pi * j / m if m else 0.0
         return [profile[m][0] * math.cos(angle), profile[m][0] * math.sin(angle), profile[m][1]]
+
     found = []
     for m in range(1, len(profile)):
         for j in range(8 * m):
             inner = (j // m) * (m - 1) + j % m, (j // m) * (m - 1) + j % m + 1
-            found.append([corner(m, j), corner(m - 1, inner[0] % max(1, 8 * (m - 1))), corner(m, (j + 1) % (8 * m))])
+            found.append(
+                [corner(m, j), corner(m - 1, inner[0] % max(1, 8 * (m - 1))), corner(m, (j + 1) % (8 * m))]
+            )
             if j % m < m - 1:
-                found.append([corner(m, (j + 1) % (8 * m)), corner(m - 1, inner[0]), corner(m - 1, inner[1] % (8 * (m - 1)))])
+                found.append(
+                    [
+                        corner(m, (j + 1) % (8 * m)),
+                        corner(m - 1, inner[0]),
+                        corner(m - 1, inner[1] % (8 * (m - 1))),
+                    ]
+                )
     return np.array(found)
 
 
@@ -104,25 +131,39 @@ def cone(half_angle, height, facet):
         steps = np.arange(n + 1) / n
         lid = bowl([(rim * x, height) for x in steps])
         return np.concatenate([bowl([(rim * x, height * x) for x in steps]), lid[:, ::-1]])
+
     return finer(make, math.hypot(rim, height) / facet, facet)
 
 
 def die(entry, exit, outer, angle, land, facet):
-    """A drawing die about z: material enters at the top through a hole of radius `entry`, which narrows at `angle`
-    (degrees, half the opening) to `exit`; then a straight land. The origin is where the land begins."""
+    """A drawing die about z: material enters at the top through a hole of radius `entry`, which narrows at
+    `angle` (degrees, half the opening) to `exit`; then a straight land. The origin is where the land
+    begins."""
     top = (entry - exit) / math.tan(math.radians(angle))
     mouth = top + (entry - exit)
-    profile = [(exit, -land), (outer, -land), (outer, mouth), (entry, mouth), (entry, top), (exit, 0.0), (exit, -land)]
+    profile = [
+        (exit, -land),
+        (outer, -land),
+        (outer, mouth),
+        (entry, mouth),
+        (entry, top),
+        (exit, 0.0),
+        (exit, -land),
+    ]
     return revolve(profile, max(16, round(2 * math.pi * exit / facet)))
 
 
 def prism(outline, low, high):
-    """Triangles of an outline (points (x, y), counter-clockwise, all seen from (0, 0)) from z = low to z = high: wheels
-    with teeth, cams, stars."""
+    """Triangles of an outline (points (x, y), counter-clockwise, all seen from (0, 0)) from z = low to z =
+    high: wheels with teeth, cams, stars."""
     found = []
     for (x, y), (u, v) in zip(outline, [*outline[1:], outline[0]]):
-        found += [[(0, 0, low), (u, v, low), (x, y, low)], [(0, 0, high), (x, y, high), (u, v, high)],
-                  [(x, y, low), (u, v, low), (u, v, high)], [(x, y, low), (u, v, high), (x, y, high)]]
+        found += [
+            [(0, 0, low), (u, v, low), (x, y, low)],
+            [(0, 0, high), (x, y, high), (u, v, high)],
+            [(x, y, low), (u, v, low), (u, v, high)],
+            [(x, y, low), (u, v, high), (x, y, high)],
+        ]
     return np.array(found, dtype=float)
 
 
@@ -152,10 +193,15 @@ def write(path, triangles):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     kinds = parser.add_subparsers(dest='kind', required=True)
-    for make, names in ((sphere, ['radius', 'facet']), (cone, ['half_angle', 'height', 'facet']),
-                        (die, ['entry', 'exit', 'outer', 'angle', 'land', 'facet'])):
+    for make, names in (
+        (sphere, ['radius', 'facet']),
+        (cone, ['half_angle', 'height', 'facet']),
+        (die, ['entry', 'exit', 'outer', 'angle', 'land', 'facet']),
+    ):
         kind = kinds.add_parser(make.__name__)
         kind.add_argument('out')
         kind.set_defaults(make=make, names=names)

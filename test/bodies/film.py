@@ -1,11 +1,14 @@
-"""A rigid sphere pressed into a film on a base twice as soft, beside the exact integral equation (post/layered.py; the family of B8 of the
-book of benchmarks): film and base of one velocity field, bonded to each other as two contact groups, and free to slide on each other. The
-base is two films deep and bonded to a rigid bottom; the block ends far from the contact. Lengths in cells."""
+"""A rigid sphere pressed into a film on a base twice as soft, beside the exact integral equation
+(post/layered.py; the family of B8 of the book of benchmarks): film and base of one velocity field, bonded to
+each other as two contact groups, and free to slide on each other. The base is two films deep and bonded to a
+rigid bottom; the block ends far from the contact. Lengths in cells."""
+
 from meeting import *
 
 from layered import Layers
 
-POISSON, CONTACT, RADIUS, DEEP = 0.3, 0.5, 5.0, 2.0  # a/t at the end; radius of the sphere and depth of the base in films
+# a/t at the end; radius of the sphere and depth of the base in films
+POISSON, CONTACT, RADIUS, DEEP = 0.3, 0.5, 5.0, 2.0
 
 
 def exact(ratio, slides):
@@ -14,7 +17,18 @@ def exact(ratio, slides):
     return depth / (2 * RADIUS), load / (2 * RADIUS)
 
 
-def film(name, law="", ratio=2.0, thick=6, groups=True, domain="fixed", slides=False, wide=6, transits=10, per_cell=8):
+def film(
+    name,
+    law="",
+    ratio=2.0,
+    thick=6,
+    groups=True,
+    domain="fixed",
+    slides=False,
+    wide=6,
+    transits=10,
+    per_cell=8,
+):
     """Load over the exact at the depth where the contact has half of the film's thickness as its radius."""
     young, base = YOUNG, YOUNG / ratio
     depth, load = exact(ratio, slides)
@@ -23,7 +37,9 @@ def film(name, law="", ratio=2.0, thick=6, groups=True, domain="fixed", slides=F
     wave = math.sqrt(base * (1 - POISSON) / ((1 + POISSON) * (1 - 2 * POISSON)) / DENSITY)
     end = transits * 2 * high / wave
     speed = 1.02 * depth / (0.75 * end)  # speeding up for half of the time
-    run = Run(name, f"""&scene title='film', end_time={end!r} /
+    run = Run(
+        name,
+        f"""&scene title='film', end_time={end!r} /
 &grid lower=0,0,0, upper={across + 3},{across + 3},{high + 3}, cell_size=1, boundary='symmetry','free','symmetry','free','fixed','free' /
 &time domain='{domain}' /
 &material name='film', model='elastic', density={DENSITY}, young={young!r}, poisson={POISSON} /
@@ -35,16 +51,22 @@ def film(name, law="", ratio=2.0, thick=6, groups=True, domain="fixed", slides=F
 &tool name='sphere', shape='sphere', radius={RADIUS * thick}, tip=0,0,{high}, axis=0,0,-1, times=0,{0.5 * end!r}, speeds=0,{speed!r},
       penetration_factor=0.5 /
 &output directory='OUT', formats='none', history_every={end / 400!r} /
-""")
+""",
+    )
     rows = run.history("tool_sphere")
     found = np.interp(depth, rows["depth"], abs(rows["load_z"])) / float(rows.notes["model_share"])
     kinetic = run.energy["kinetic"][-1] / max(run.energy["external_work"][-1], 1e-300)
-    print(f"   {name}: load over the exact {found / load:.4f}; kinetic energy over work {kinetic:.4f}", flush=True)
+    print(
+        f"   {name}: load over the exact {found / load:.4f}; kinetic energy over work {kinetic:.4f}",
+        flush=True,
+    )
     return found / load
 
 
-BONDED = f"&body_contact adhesion={0.1 * YOUNG * 0.2!r}, bond_strength={0.1 * YOUNG!r} /"         # up to a tenth of the film's modulus
-STAYS = f"&body_contact adhesion={0.1 * YOUNG * 0.4!r}, cohesive_range=0.4 /"  # slides without friction, and does not lift off
+# up to a tenth of the film's modulus
+BONDED = f"&body_contact adhesion={0.1 * YOUNG * 0.2!r}, bond_strength={0.1 * YOUNG!r} /"
+# slides without friction, and does not lift off
+STAYS = f"&body_contact adhesion={0.1 * YOUNG * 0.4!r}, cohesive_range=0.4 /"
 
 
 def compared(ratio, bound, **kind):
@@ -54,12 +76,17 @@ def compared(ratio, bound, **kind):
     film(f"lifts_{ratio}", ratio=ratio, slides=True, **kind)
     for what, found in (("one velocity field", one), ("bonded groups", bonded), ("free to slide", slides)):
         check(f"film, {ratio} times as stiff, {what}: load over the exact, off 1", found - 1, bound)
-    check(f"film, {ratio} times as stiff: bonded groups over one velocity field, off 1", bonded / one - 1, 0.02)
+    check(
+        f"film, {ratio} times as stiff: bonded groups over one velocity field, off 1", bonded / one - 1, 0.02
+    )
 
 
 CASES = {
     "film": lambda: compared(2.0, 0.05, thick=4, wide=5, transits=6),
-    "film_long": lambda: (compared(2.0, 0.03, thick=6, wide=5, transits=6), compared(10.0, 0.035, thick=4, wide=8, transits=6)),
+    "film_long": lambda: (
+        compared(2.0, 0.03, thick=6, wide=5, transits=6),
+        compared(10.0, 0.035, thick=4, wide=8, transits=6),
+    ),
 }
 if __name__ == "__main__":
     main(CASES)

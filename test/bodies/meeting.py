@@ -1,6 +1,8 @@
-"""What the scripts of this suite share: scenes of bodies that meet, what their runs wrote, the figures of cases by name.
+"""What the scripts of this suite share: scenes of bodies that meet, what their runs wrote, the figures of
+cases by name.
 
 usage of each script: NAME.py CASE... (in an empty directory; GIMP3D is the program)"""
+
 import math
 import os
 import re
@@ -16,7 +18,7 @@ sys.path[:0] = [str(ROOT / "post"), str(ROOT / "test/regression")]
 from run_data import History, Particles
 from runs import check, finish, require
 
-YOUNG, DENSITY = 1e9, 1000.0       # Pa, kg/m3
+YOUNG, DENSITY = 1e9, 1000.0  # Pa, kg/m3
 BAR_WAVE = math.sqrt(YOUNG / DENSITY)  # m/s
 
 
@@ -27,7 +29,9 @@ class Run:
         self.directory = Path(name)
         shutil.rmtree(self.directory, ignore_errors=True)
         command = (["mpirun", "-n", str(ranks)] if ranks > 1 else []) + [os.environ["GIMP3D"], *arguments]
-        done = subprocess.run(command, input=text.replace("'OUT'", f"'{name}'"), capture_output=True, text=True)
+        done = subprocess.run(
+            command, input=text.replace("'OUT'", f"'{name}'"), capture_output=True, text=True
+        )
         self.log, self.status = done.stdout + done.stderr, done.returncode
         Path(f"{name}.nml").write_text(text.replace("'OUT'", f"'{name}'"))
         if done.returncode != allowed:
@@ -58,7 +62,8 @@ class Run:
 
 
 def impulse(time, force):
-    """Sum over time of a history that has every step (its steps are of one length): what each row has given up to its time."""
+    """Sum over time of a history that has every step (its steps are of one length): what each row has given
+    up to its time."""
     steps = np.diff(time, prepend=0.0)
     return np.cumsum(force * (steps[:, None] if force.ndim > 1 else steps), axis=0)
 
@@ -68,7 +73,8 @@ def numbers(*values):
 
 
 def group(name):
-    """The variable of a body's contact group; none for the control, in which all bodies share a velocity field."""
+    """The variable of a body's contact group; none for the control, in which all bodies share a velocity
+    field."""
     return f", contact_group='{name}'" if name else ""
 
 

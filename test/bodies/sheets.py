@@ -1,11 +1,14 @@
-"""Two sheets that are bent together (input/sheets.nml): how far they slide on each other is their thickness times the angle of the end."""
+"""Two sheets that are bent together (input/sheets.nml): how far they slide on each other is their thickness
+times the angle of the end."""
+
 from meeting import *
 
 THICK, LONG = 3e-3, 24e-3  # m, of a sheet
 
 
 def end_of(run, body):
-    """The middle of the end of a sheet (m) and the direction along the sheet there, by a linear map of its particles, x and z."""
+    """The middle of the end of a sheet (m) and the direction along the sheet there, by a linear map of its
+    particles, x and z."""
     first, last = (Particles(sorted(run.directory.glob("particles_*.h5"))[n]) for n in (0, -1))
     order = {one: n for n, one in enumerate(last.ids)}
     row = (first["body"] == body) & (first["position"][:, 0] > LONG - 1.5e-3)
@@ -18,13 +21,22 @@ def end_of(run, body):
 
 def sheets(name, groups=True, end=0.035):
     """Angle of the end of two sheets and how far the upper one stands back there (m)."""
-    text = (ROOT / "input/sheets.nml").read_text().replace("'out/sheets'", "'OUT'").replace("end_time=0.07", f"end_time={end}")
+    text = (
+        (ROOT / "input/sheets.nml")
+        .read_text()
+        .replace("'out/sheets'", "'OUT'")
+        .replace("end_time=0.07", f"end_time={end}")
+    )
     if not groups:
         text = re.sub(r", contact_group='\w+'", "", text)
     run = Run(name, text)
     (low, along), (high, _) = end_of(run, 1), end_of(run, 2)
     slip, angle = (low - high) @ along, -math.atan2(along[1], along[0])
-    print(f"   {name}: angle of the end {angle:.4f}, slip {slip * 1e3:.4f} mm, {slip / (THICK * angle):.4f} of thickness times angle", flush=True)
+    print(
+        f"   {name}: angle of the end {angle:.4f}, slip {slip * 1e3:.4f} mm, {slip / (THICK * angle):.4f} of "
+        "thickness times angle",
+        flush=True,
+    )
     return angle, slip
 
 
@@ -33,7 +45,10 @@ def bent():
     require("sheets: the end turns by more than 0.2", angle > 0.2)
     check("sheets: slip at the end over thickness times angle, off 1", slip / (THICK * angle) - 1, 0.02)
     one, slip = sheets("one_sheet", groups=False)
-    require("control: one sheet bends by about a quarter, and does not slip", one < 0.4 * angle and abs(slip) < 0.1 * THICK * one)
+    require(
+        "control: one sheet bends by about a quarter, and does not slip",
+        one < 0.4 * angle and abs(slip) < 0.1 * THICK * one,
+    )
 
 
 CASES = {"bent": bent}

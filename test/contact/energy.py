@@ -1,6 +1,8 @@
 """Energy at rigid tools. usage: energy.py NAME... (in an empty directory; GIMP3D is the program)
 
-Blocks in plane strain that fly against a standing, frictionless tool; a billet pressed, and a bar drawn, through a round die."""
+Blocks in plane strain that fly against a standing, frictionless tool; a billet pressed, and a bar drawn,
+through a round die."""
+
 import math
 import os
 import re
@@ -21,8 +23,19 @@ CYLINDER = "shape='cylinder', radius=10e-3, tip=39.5e-3,0.5e-3,7e-3, axis=0,0,-1
 SLOPE = "shape='flat', radius=50e-3, tip=36.5e-3,0.5e-3,6e-3, axis=-1,0,-1"
 
 
-def flight(name, tool=CYLINDER, law=METAL, cell=1e-3, speed=20.0, time=1e-4, particles=8, factor=0.5, more="", domain="fixed",
-           locking=True):
+def flight(
+    name,
+    tool=CYLINDER,
+    law=METAL,
+    cell=1e-3,
+    speed=20.0,
+    time=1e-4,
+    particles=8,
+    factor=0.5,
+    more="",
+    domain="fixed",
+    locking=True,
+):
     return f"""&scene title='block against a standing tool', end_time={time!r} /
 &grid lower=0,0,0, upper=64e-3,{cell!r},14e-3, cell_size={cell!r}, boundary='free','free','symmetry','symmetry','symmetry','free' /
 &time domain='{domain}'{more} /
@@ -53,8 +66,13 @@ FLIGHTS = {
 
 def run(name, text):
     """A scene; what it printed."""
-    done = subprocess.run(["mpirun", "-n", "1", os.environ["GIMP3D"]], input=text, capture_output=True, text=True)
-    require(f"{name}: ends with status 0, not {done.returncode}: {done.stdout[-500:]}{done.stderr[-500:]}", done.returncode == 0)
+    done = subprocess.run(
+        ["mpirun", "-n", "1", os.environ["GIMP3D"]], input=text, capture_output=True, text=True
+    )
+    require(
+        f"{name}: ends with status 0, not {done.returncode}: {done.stdout[-500:]}{done.stderr[-500:]}",
+        done.returncode == 0,
+    )
     return done.stdout
 
 
@@ -63,24 +81,25 @@ def said(log, pattern):
 
 
 def work_of_condition(name, log, share):
-    """The work that the condition of contact does, over the largest energy; how far faces stand off their particles."""
+    """The work that the condition of contact does, over the largest energy; how far faces stand off their
+    particles."""
     work = said(log, r"^contact: the condition itself did .* work, (\S+) % of the largest energy")
-    check(f"{name}: work of the condition over the largest energy, from nothing", max(0.0, work/100), 1e-3)
-    check(f"{name}: the same, lost", max(0.0, -work/100), 2e-3)
+    check(f"{name}: work of the condition over the largest energy, from nothing", max(0.0, work / 100), 1e-3)
+    check(f"{name}: the same, lost", max(0.0, -work / 100), 2e-3)
     check(f"{name}: faces off their particles, cells", said(log, r"gaps carried at most (\S+) cells"), share)
 
 
 def rises(energy):
     """By how much an energy rises above its start, relative."""
-    return energy.max()/energy[0] - 1
+    return energy.max() / energy[0] - 1
 
 
 def fly(name):
     different, share = FLIGHTS[name]
     log = run(name, flight(name, **different))
-    rows = History(Path(name)/"energy.dat")
+    rows = History(Path(name) / "energy.dat")
     energy = rows["kinetic"] + rows["strain"] + rows["plastic"]
-    load = History(Path(name)/"tool_die.dat")["load_x"]
+    load = History(Path(name) / "tool_die.dat")["load_x"]
     require(f"{name}: the tool is met", load.max() > 0)
     check(f"{name}: energy above its start, relative", max(0.0, rises(energy)), 2e-3)
     work_of_condition(name, log, share)
@@ -92,38 +111,53 @@ def die(name, cell, body, tools, end):
 &material name='metal', {METAL} /
 &body material='metal', shape='box', lower={body[0]!r},0,0, upper={body[1]!r},{cell!r},{body[2]!r} /
 &tool name='die', {CYLINDER}, times=0, speeds=0 /
-{tools}&probe name='front', position={body[1] - 0.25*cell!r},{0.25*cell!r},{0.25*cell!r} /
+{tools}&probe name='front', position={body[1] - 0.25 * cell!r},{0.25 * cell!r},{0.25 * cell!r} /
 &output directory='{name}', formats='none' /
 """
 
 
 def pressed_through(high, low, radius):
-    """Load over that of uniform stretching, by the field of velocities v_x = v high/h(x), v_y linear across: an upper bound (limit
-    analysis) for a smooth round die."""
-    x = np.linspace(0, math.sqrt(radius**2 - (radius - high + low)**2), 2001)
+    """Load over that of uniform stretching, by the field of velocities v_x = v high/h(x), v_y linear across:
+    an upper bound (limit analysis) for a smooth round die."""
+    x = np.linspace(0, math.sqrt(radius**2 - (radius - high + low) ** 2), 2001)
     height = low + radius - np.sqrt(radius**2 - x**2)
-    slope, bend = x/np.sqrt(radius**2 - x**2), radius**2/(radius**2 - x**2)**1.5
+    slope, bend = x / np.sqrt(radius**2 - x**2), radius**2 / (radius**2 - x**2) ** 1.5
     share = np.linspace(0, 1, 201)[:, None]
-    stretch = high*slope/height**2
-    shear = 0.5*high*share*height*(bend/height**2 - 2*slope**2/height**3)
-    power = np.trapezoid(np.trapezoid(2*np.sqrt(stretch**2 + shear**2), share, axis=0)*height, x) + slope[-1]*high/2
-    return power/(2*high*math.log(high/low))
+    stretch = high * slope / height**2
+    shear = 0.5 * high * share * height * (bend / height**2 - 2 * slope**2 / height**3)
+    power = (
+        np.trapezoid(np.trapezoid(2 * np.sqrt(stretch**2 + shear**2), share, axis=0) * height, x)
+        + slope[-1] * high / 2
+    )
+    return power / (2 * high * math.log(high / low))
 
 
 def extrusion(name):
     """A billet of 10 mm half height is pressed by a punch at 20 m/s through the round die of 7 mm."""
     cell, speed, end = 1e-3, 20.0, 1e-3
     flat = "shape='flat', penetration_factor=0.5"
-    log = run(name, die(name, cell, (4e-3, 32e-3, 10e-3),
-                        f"&tool name='wall', {flat}, radius=16e-3, tip=16e-3,0.5e-3,10e-3, axis=0,0,-1, times=0, speeds=0 /\n"
-                        f"&tool name='punch', {flat}, radius=50e-3, tip=4e-3,0.5e-3,5e-3, axis=1,0,0, times=0,1e-4, speeds=0,{speed} /\n",
-                        end))
-    front, punch = History(Path(name)/"probe_front.dat"), History(Path(name)/"tool_punch.dat")
-    late = front["time"] > 0.7*end
-    check(f"{name}: speed of the exit over that of the punch, off 10/7",
-          np.polyfit(front["time"][late], front["x"][late], 1)[0]/speed*0.7 - 1, 0.02)
-    ideal = 2/math.sqrt(3)*YIELD*math.log(10/7)*10e-3*cell
-    load = -punch["load_x"][punch["time"] > 0.7*end].mean()/ideal
+    log = run(
+        name,
+        die(
+            name,
+            cell,
+            (4e-3, 32e-3, 10e-3),
+            f"&tool name='wall', {flat}, radius=16e-3, tip=16e-3,0.5e-3,10e-3, axis=0,0,-1, times=0, "
+            "speeds=0 /\n"
+            f"&tool name='punch', {flat}, radius=50e-3, tip=4e-3,0.5e-3,5e-3, axis=1,0,0, times=0,1e-4, "
+            f"speeds=0,{speed} /\n",
+            end,
+        ),
+    )
+    front, punch = History(Path(name) / "probe_front.dat"), History(Path(name) / "tool_punch.dat")
+    late = front["time"] > 0.7 * end
+    check(
+        f"{name}: speed of the exit over that of the punch, off 10/7",
+        np.polyfit(front["time"][late], front["x"][late], 1)[0] / speed * 0.7 - 1,
+        0.02,
+    )
+    ideal = 2 / math.sqrt(3) * YIELD * math.log(10 / 7) * 10e-3 * cell
+    load = -punch["load_x"][punch["time"] > 0.7 * end].mean() / ideal
     bound = pressed_through(10.0, 7.0, 10.0)
     print(f"   {name}: load over that of uniform stretching {load:.3f}, upper bound {bound:.3f}")
     require(f"{name}: load between that of uniform stretching and the upper bound", 1.0 < load < bound)
@@ -131,10 +165,20 @@ def extrusion(name):
 
 
 def drawing(name):
-    """A bar that has been pressed into the die flies through it: what it loses is what shaping and the die take, and it gains nothing."""
-    log = run(name, die(name, 1e-3, (2e-3, 32e-3, 8e-3), "", 3e-4).replace(" /\n&tool name='die'", ", velocity=120,0,0 /\n&tool name='die'"))
-    rows = History(Path(name)/"energy.dat")
-    check(f"{name}: energy above its start, relative", max(0.0, rises(rows["kinetic"] + rows["strain"] + rows["plastic"])), 2e-3)
+    """A bar that has been pressed into the die flies through it: what it loses is what shaping and the die
+    take, and it gains nothing."""
+    log = run(
+        name,
+        die(name, 1e-3, (2e-3, 32e-3, 8e-3), "", 3e-4).replace(
+            " /\n&tool name='die'", ", velocity=120,0,0 /\n&tool name='die'"
+        ),
+    )
+    rows = History(Path(name) / "energy.dat")
+    check(
+        f"{name}: energy above its start, relative",
+        max(0.0, rises(rows["kinetic"] + rows["strain"] + rows["plastic"])),
+        2e-3,
+    )
     work_of_condition(name, log, 0.05)
 
 

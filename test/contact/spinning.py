@@ -1,7 +1,8 @@
-"""A wheel with sharp teeth and hollows between them, from an STL file, turns about an axis beside its middle and works its way into a
-block: no centre of a particle may be inside it, at any snapshot. The wheel is longer than the block is wide, so that its outline says
-how deep a place is inside. Cells are 1 m.
-usage: spinning.py [all] (in an empty directory; GIMP3D is the program)"""
+"""A wheel with sharp teeth and hollows between them, from an STL file, turns about an axis beside its middle
+and works its way into a block: no centre of a particle may be inside it, at any snapshot. The wheel is longer
+than the block is wide, so that its outline says how deep a place is inside. Cells are 1 m. usage: spinning.py
+[all] (in an empty directory; GIMP3D is the program)"""
+
 import math
 import sys
 from pathlib import Path
@@ -52,7 +53,8 @@ def depth(places, corners):
 
 
 def deepest(name, sense=1):
-    """Largest depth (m) of a centre inside the wheel, over all snapshots; `sense` -1: of a wheel that turns the other way."""
+    """Largest depth (m) of a centre inside the wheel, over all snapshots; `sense` -1: of a wheel that turns
+    the other way."""
     history = History(Path(name) / "tool_wheel.dat")
     worst = -math.inf
     for snapshot in snapshots(name):
@@ -66,16 +68,42 @@ def deepest(name, sense=1):
 
 
 known = depth(np.array([[0.0, 0.0], [OUTER - 1e-3, 0.0], [OUTER + 1e-3, 0.0], [0.0, OUTER]]), outline())
-require("depth: the middle, both sides of a tooth, between teeth", known[0] > 0.9 * INNER / 2 and known[1] > 0 > known[2] and known[3] < -1)
-surfaces.write("wheel.stl", surfaces.prism([tuple(c) for c in outline()], -2.0, 6.0)[:, :, [0, 2, 1]] * [1, -1, 1])
-ALL = [(law, domain, friction) for law in LAWS for domain in ("fixed", "stretch", "corners") for friction in (0.0, 0.3)]
+require(
+    "depth: the middle, both sides of a tooth, between teeth",
+    known[0] > 0.9 * INNER / 2 and known[1] > 0 > known[2] and known[3] < -1,
+)
+surfaces.write(
+    "wheel.stl", surfaces.prism([tuple(c) for c in outline()], -2.0, 6.0)[:, :, [0, 2, 1]] * [1, -1, 1]
+)
+ALL = [
+    (law, domain, friction)
+    for law in LAWS
+    for domain in ("fixed", "stretch", "corners")
+    for friction in (0.0, 0.3)
+]
 FEW = [(law, domain, friction) for law, domain, friction in ALL if law == "j2" and domain != "fixed"]
 for law, domain, friction in ALL if sys.argv[1:] == ["all"] else FEW:
     name = f"{law}_{domain}_{friction:g}"
-    run(SCENE.format(name=name, domain=domain, law=LAWS[law], friction=friction, end=END, every=END / 54, turn=TURN, x=CENTRE[0],
-                     z=CENTRE[1], point=CENTRE[0] + BESIDE), 1)
+    run(
+        SCENE.format(
+            name=name,
+            domain=domain,
+            law=LAWS[law],
+            friction=friction,
+            end=END,
+            every=END / 54,
+            turn=TURN,
+            x=CENTRE[0],
+            z=CENTRE[1],
+            point=CENTRE[0] + BESIDE,
+        ),
+        1,
+    )
     wheel = History(Path(name) / "tool_wheel.dat")
-    require(f"{name}: the wheel bears load and is turned", np.abs(wheel["load_z"]).max() > 100 and abs(wheel["spin_y"][-1] - TURN) < 1e-9)
+    require(
+        f"{name}: the wheel bears load and is turned",
+        np.abs(wheel["load_z"]).max() > 100 and abs(wheel["spin_y"][-1] - TURN) < 1e-9,
+    )
     worst = deepest(name)
     print(f"   {name}: centres come to {-worst:.4f} cells from the wheel")
     check(f"{name}: deepest centre inside the wheel [cells]", max(worst, 0.0), 0.01)

@@ -1,11 +1,13 @@
-"""A block between a floor and a flat punch, with the stress from a solve of its own ('usf', 'musl'): strain energy as with 'usl', energy kept,
-on one rank and on two. Without the tool in that solve the balance was 5 % off under a given speed, 22 % under a load, and the strain energy 3 and
-6 %. What is left with 'usf' is of first order in the time step."""
+"""A block between a floor and a flat punch, with the stress from a solve of its own ('usf', 'musl'): strain
+energy as with 'usl', energy kept, on one rank and on two. Without the tool in that solve the balance was 5 %
+off under a given speed, 22 % under a load, and the strain energy 3 and 6 %. What is left with 'usf' is of
+first order in the time step."""
+
 import os
 import sys
 from pathlib import Path
 
-sys.path[:0] = [str(Path(__file__).resolve().parents[1]/"verification")]
+sys.path[:0] = [str(Path(__file__).resolve().parents[1] / "verification")]
 from run_scene import run, History
 
 SCENE = """&scene title='pressed', end_time=0.2 /
@@ -18,12 +20,26 @@ SCENE = """&scene title='pressed', end_time=0.2 /
 """
 SPEEDS = "times=0,0.02,0.14,0.16, speeds=0,0.5,0.5,-0.5"
 LOADS = "times=0,0.1, loads=0,1.2e4, mass=200"
-FLAT = dict(law="neo_hookean", poisson=0, more="", shape="flat", friction=0, drive=SPEEDS, left=0, begin=0, middle="symmetry")
+FLAT = dict(
+    law="neo_hookean",
+    poisson=0,
+    more="",
+    shape="flat",
+    friction=0,
+    drive=SPEEDS,
+    left=0,
+    begin=0,
+    middle="symmetry",
+)
 # both halves, so that the face that the tool presses lies across two blocks, and on two ranks across these
 RUBBED = FLAT | dict(poisson=0.3, friction=0.3, left=-0.6, begin=-0.35, middle="free")
-# name, scene, transfer, largest error of the balance of the largest energy or work, strain energy off that of usl
-CASES = [("flat", FLAT, "plain", 0.02, 0.01), ("rubbed", RUBBED, "affine", 0.02, 0.015),
-         ("loaded", FLAT | dict(drive=LOADS), "plain", 0.05, 0.01)]
+# name, scene, transfer, largest error of the balance of the largest energy or work, strain energy off that of
+# usl
+CASES = [
+    ("flat", FLAT, "plain", 0.02, 0.01),
+    ("rubbed", RUBBED, "affine", 0.02, 0.015),
+    ("loaded", FLAT | dict(drive=LOADS), "plain", 0.05, 0.01),
+]
 wrong = []
 for name, scene, transfer, most, off in CASES:
     reference = None
@@ -32,15 +48,18 @@ for name, scene, transfer, most, off in CASES:
         for ranks in (1, 2) if update != "usl" and name == "rubbed" else (1,):
             out = f"{name}_{update}_{ranks}"
             run(SCENE.format(update=update, transfer=transfer, out=out, **scene), ranks)
-            rows = History(Path(out)/"energy.dat")
+            rows = History(Path(out) / "energy.dat")
             ends.append(max(rows["strain"]))
         energy = rows["kinetic"] + rows["strain"]
         excess = energy - rows["external_work"] + rows["damped"] - energy[0]
-        error = max(excess, key=abs)/max(max(energy), max(abs(rows["external_work"])))
+        error = max(excess, key=abs) / max(max(energy), max(abs(rows["external_work"])))
         reference = reference or ends[0]
-        figures = [abs(error)/most, abs(ends[0]/reference - 1)/off, abs(ends[-1]/ends[0] - 1)/1e-6]
-        print(f"{out}: balance error {error:.4f}, strain energy {ends[0]:.6g} J, over usl's {ends[0]/reference:.4f}, "
-              f"over that of one rank {ends[-1]/ends[0] - 1:.1e}", flush=True)
+        figures = [abs(error) / most, abs(ends[0] / reference - 1) / off, abs(ends[-1] / ends[0] - 1) / 1e-6]
+        print(
+            f"{out}: balance error {error:.4f}, strain energy {ends[0]:.6g} J, over usl's "
+            f"{ends[0] / reference:.4f}, over that of one rank {ends[-1] / ends[0] - 1:.1e}",
+            flush=True,
+        )
         if not all(f <= 1 for f in figures):
             wrong.append(out)
 if wrong:

@@ -3,10 +3,11 @@
 
    compare.py [options] REFERENCE RESULT
 
-Both are histories (.dat, Tecplot ASCII, point packing), particle files (.h5, compared by particle id), or directories, in which
-every .dat and .h5 of either must be in both. A value may differ by its tolerance times the column's scale, which is the largest
-magnitude of the column in the reference (of the whole vector or tensor for particle fields). A NaN, an infinity, a missing or an
-extra column, row, particle or file is a difference.
+Both are histories (.dat, Tecplot ASCII, point packing), particle files (.h5, compared by particle id), or
+directories, in which every .dat and .h5 of either must be in both. A value may differ by its tolerance times
+the column's scale, which is the largest magnitude of the column in the reference (of the whole vector or
+tensor for particle fields). A NaN, an infinity, a missing or an extra column, row, particle or file is a
+difference.
 
    --tolerance X           of every column that is not named (1e-12)
    --column NAME=X         of this column
@@ -15,6 +16,7 @@ extra column, row, particle or file is a difference.
 
 Names are given without their units. Exit status: 0 the same, 1 different, 2 wrong usage.
 """
+
 import argparse
 import sys
 from pathlib import Path
@@ -64,8 +66,10 @@ def compare_columns(where, reference, result, options, row_name):
         if not np.max(error) <= tolerance * scale:
             at = np.unravel_index(np.argmax(error), error.shape)
             share = f"{np.max(error) / scale:.2e} of its scale {scale:.3e}" if scale > 0 else "its scale is 0"
-            found.append(f"{where}: {name} is {value[at]:.16g}, expected {expected[at]:.16g} ({row_name(at[0])}; off by "
-                         f"{share}, allowed {tolerance:.1e})")
+            found.append(
+                f"{where}: {name} is {value[at]:.16g}, expected {expected[at]:.16g} ({row_name(at[0])}; off "
+                f"by {share}, allowed {tolerance:.1e})"
+            )
     return found
 
 
@@ -109,8 +113,12 @@ def compare(reference, result, options):
         return compare_files(reference, result, options), 1
     if not result.is_dir():
         return [f"{result}: no such directory"], 0
-    names = {path.relative_to(top) for top in (reference, result) for path in top.rglob("*")
-             if path.suffix in (".dat", ".h5")}
+    names = {
+        path.relative_to(top)
+        for top in (reference, result)
+        for path in top.rglob("*")
+        if path.suffix in (".dat", ".h5")
+    }
     if not names:
         return [f"{reference}: nothing to compare"], 0
     found = []
@@ -128,7 +136,9 @@ def named_value(text):
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("reference", type=Path)
     parser.add_argument("result", type=Path)
     parser.add_argument("--tolerance", type=float, default=1e-12)

@@ -3,9 +3,10 @@
 
    fabricate_run.py DIRECTORY sphere|cone|flat SHARE [levels]
 
-SHARE (1, 0.5, 0.25) is the modelled part of the body. The tool starts 50 nm above the surface; its load follows the theory for the
-modelled part, exactly. With `levels` the particle files hold the boxes of three.
+SHARE (1, 0.5, 0.25) is the modelled part of the body. The tool starts 50 nm above the surface; its load
+follows the theory for the modelled part, exactly. With `levels` the particle files hold the boxes of three.
 """
+
 import math
 import sys
 from pathlib import Path
@@ -14,17 +15,20 @@ import h5py
 import numpy as np
 
 young, poisson, top, gap = 70e9, 0.33, 20e-6, 50e-9
-tools = {"sphere": ("radius=1.0e-05", lambda e, d: 4 / 3 * e * math.sqrt(10e-6) * d**1.5),
-         "cone": ("half_angle=70.3", lambda e, d: 2 / math.pi * e * math.tan(math.radians(70.3)) * d**2),
-         "flat": ("radius=2.0E-06", lambda e, d: 2 * 2e-6 * e * d)}
+tools = {
+    "sphere": ("radius=1.0e-05", lambda e, d: 4 / 3 * e * math.sqrt(10e-6) * d**1.5),
+    "cone": ("half_angle=70.3", lambda e, d: 2 / math.pi * e * math.tan(math.radians(70.3)) * d**2),
+    "flat": ("radius=2.0E-06", lambda e, d: 2 * 2e-6 * e * d),
+}
 
 
 def dat(path, columns, rows, note='model="part"'):
     names = " ".join(f'"{name}"' for name in columns)
-    path.write_text(f'TITLE = "fabricated"\nVARIABLES = {names}\n'
-                    'ZONE T="history", STRANDID=1, SOLUTIONTIME=0\n'
-                    f'AUXDATA {note}\n'
-                    + "".join(" ".join(f"{value:.10e}" for value in row) + "\n" for row in rows))
+    path.write_text(
+        f'TITLE = "fabricated"\nVARIABLES = {names}\n'
+        'ZONE T="history", STRANDID=1, SOLUTIONTIME=0\n'
+        f'AUXDATA {note}\n' + "".join(" ".join(f"{value:.10e}" for value in row) + "\n" for row in rows)
+    )
 
 
 def main():
@@ -49,17 +53,42 @@ def main():
     depth = 0.55 * time
     load = share * load_of(modulus, np.maximum(depth - gap, 0))
     area = share * math.pi * 10e-6 * np.maximum(depth - gap, 0)
-    dat(directory / "tool_tip.dat", ["time [s]", "depth [m]", "load_x [N]", "load_y [N]", "load_z [N]", "contact_area [m2]",
-                                     "max_gap_violation [m]"], np.c_[time, depth, 0 * load, 0 * load, load, area, 0 * load],
-        f'model_share="{share}"')
+    dat(
+        directory / "tool_tip.dat",
+        [
+            "time [s]",
+            "depth [m]",
+            "load_x [N]",
+            "load_y [N]",
+            "load_z [N]",
+            "contact_area [m2]",
+            "max_gap_violation [m]",
+        ],
+        np.c_[time, depth, 0 * load, 0 * load, load, area, 0 * load],
+        f'model_share="{share}"',
+    )
     work = np.cumsum(np.r_[0, np.diff(depth) * load[1:]])
-    dat(directory / "energy.dat", ["time [s]", "kinetic [J]", "strain [J]", "plastic [J]", "external_work [J]", "balance_error [1]",
-                                   "momentum_z [kg m/s]", "mass [kg]"],
-        np.c_[time, 0.005 * work, 0.99 * work, 0 * work, work, 0.005 + 0 * work, 0 * work, 1 + 0 * work])
+    dat(
+        directory / "energy.dat",
+        [
+            "time [s]",
+            "kinetic [J]",
+            "strain [J]",
+            "plastic [J]",
+            "external_work [J]",
+            "balance_error [1]",
+            "momentum_z [kg m/s]",
+            "mass [kg]",
+        ],
+        np.c_[time, 0.005 * work, 0.99 * work, 0 * work, work, 0.005 + 0 * work, 0 * work, 1 + 0 * work],
+    )
     spacing = 0.25e-6
-    axes = [np.arange(low[0] + spacing / 2, 20e-6, spacing), np.arange(low[1] + spacing / 2, 20e-6, spacing),
-            np.arange(spacing / 2, top, spacing)]
-    axes[1] = axes[1][np.abs(axes[1]) < 2e-6] # the section needs no more
+    axes = [
+        np.arange(low[0] + spacing / 2, 20e-6, spacing),
+        np.arange(low[1] + spacing / 2, 20e-6, spacing),
+        np.arange(spacing / 2, top, spacing),
+    ]
+    axes[1] = axes[1][np.abs(axes[1]) < 2e-6]  # the section needs no more
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     points = points[np.hypot(points[:, 0], points[:, 1]) < 20e-6]
     # Boussinesq's stress under a force, softened by the contact radius
@@ -72,13 +101,20 @@ def main():
             file.attrs["time"] = time[-1] * step / 1000
             group = file.create_group("VTKHDF")
             group["Points"] = points
-            data = {"id": np.arange(len(points)), "half_size": np.full((len(points), 1), spacing / 2),
-                    "stress": stress * step / 1000}
+            data = {
+                "id": np.arange(len(points)),
+                "half_size": np.full((len(points), 1), spacing / 2),
+                "stress": stress * step / 1000,
+            }
             for name, values in data.items():
                 group[f"PointData/{name}"] = values
             if sys.argv[4:] == ["levels"]:
                 group["FieldData/level_lower"] = [[*low, 0], [low[0], low[1], 10e-6], [low[0], low[1], 16e-6]]
-                group["FieldData/level_upper"] = [[20e-6, 20e-6, 24e-6], [10e-6, 10e-6, 24e-6], [4e-6, 4e-6, 24e-6]]
+                group["FieldData/level_upper"] = [
+                    [20e-6, 20e-6, 24e-6],
+                    [10e-6, 10e-6, 24e-6],
+                    [4e-6, 4e-6, 24e-6],
+                ]
                 group["FieldData/level_cell"] = [0.5e-6, 0.25e-6, 0.125e-6]
 
 

@@ -1,8 +1,10 @@
-"""The scene that post/paraview_scene.py makes of a run of paraview_scene.nml: what it draws, at each snapshot, against formulas.
+"""The scene that post/paraview_scene.py makes of a run of paraview_scene.nml: what it draws, at each
+snapshot, against formulas.
 
 pvpython paraview_scene.py RUN...
 pvpython paraview_scene.py --load STATE PICTURE   only draws a state that was written (needs a display)
 """
+
 import math
 import os
 import sys
@@ -16,8 +18,15 @@ sys.path[0] = str(Path(__file__).resolve().parents[2] / "post")
 import paraview_scene
 
 # of the tools at a time, m (no `min` here: programmable filters put another in its place)
-TRAVEL = {"sphere": lambda t: 20 * t, "large": lambda t: 10 * t, "cone": lambda t: 1000 * t**2 if t < 0.01 else 20 * t - 0.1,
-          "flat": lambda t: 20 * t, "berkovich": lambda t: 20 * t, "roller": lambda t: 20 * t, "wedge": lambda t: 0}
+TRAVEL = {
+    "sphere": lambda t: 20 * t,
+    "large": lambda t: 10 * t,
+    "cone": lambda t: 1000 * t**2 if t < 0.01 else 20 * t - 0.1,
+    "flat": lambda t: 20 * t,
+    "berkovich": lambda t: 20 * t,
+    "roller": lambda t: 20 * t,
+    "wedge": lambda t: 0,
+}
 found, run_checked = 0, ""
 
 
@@ -35,7 +44,8 @@ def near(values, expected, tolerance, sentence):
 
 
 def off_surface(name, across, height):
-    """How far points are off the surface of a tool (m): by their place across the axis and their height above the tip."""
+    """How far points are off the surface of a tool (m): by their place across the axis and their height above
+    the tip."""
     r = np.linalg.norm(across, axis=1)
     if name in ("sphere", "large"):
         radius = {"sphere": 2, "large": 40}[name]
@@ -48,7 +58,8 @@ def off_surface(name, across, height):
         return np.hypot(across @ np.array([1, -1, 0]) / math.sqrt(2), 1.5 - height) - 1.5
     if name == "wedge":
         return height - np.abs(across[:, 0]) / math.tan(math.radians(50))
-    first = np.arctan2(2, 1) + np.array([0, 2, 4]) * math.pi / 3 # of the pyramid's faces, seen along the axis
+    # of the pyramid's faces, seen along the axis
+    first = np.arctan2(2, 1) + np.array([0, 2, 4]) * math.pi / 3
     faces = across[:, :2] @ np.array([np.cos(first), np.sin(first)])
     return height - faces.max(axis=1) / math.tan(math.radians(65.27))
 
@@ -65,7 +76,12 @@ def check_tool(name, tool, proxy, time):
     near(height.min(), 0, 1e-6, f"{where}: its tip")
     check(height.max() > 0.4, f"{where}: is {height.max()} m high")
     # rounded surfaces are cut where their flat pieces are
-    near(off_surface(name, way + height[:, None] * axis, height), 0, 1e-5 if name in ("berkovich", "wedge") else 0.012, where)
+    near(
+        off_surface(name, way + height[:, None] * axis, height),
+        0,
+        1e-5 if name in ("berkovich", "wedge") else 0.012,
+        where,
+    )
 
 
 def check_particles(scene, time):
@@ -74,9 +90,17 @@ def check_particles(scene, time):
     points, cells = snapshot.GetPointData(), grid.GetCellData()
     check(grid.GetNumberOfCells() == snapshot.GetNumberOfPoints() > 100, f"{grid.GetNumberOfCells()} cells")
     names = sorted(points.GetArrayName(n) for n in range(points.GetNumberOfArrays()))
-    check(names == sorted(cells.GetArrayName(n) for n in range(cells.GetNumberOfArrays())), "fields of the cells")
+    check(
+        names == sorted(cells.GetArrayName(n) for n in range(cells.GetNumberOfArrays())),
+        "fields of the cells",
+    )
     for name in names:
-        near(vtk_to_numpy(cells.GetArray(name)), vtk_to_numpy(points.GetArray(name)), 0, f"{name} at {time:g} s")
+        near(
+            vtk_to_numpy(cells.GetArray(name)),
+            vtk_to_numpy(points.GetArray(name)),
+            0,
+            f"{name} at {time:g} s",
+        )
     corners = vtk_to_numpy(grid.GetPoints().GetData()).reshape(-1, 8, 3)
     near(corners.mean(axis=1), vtk_to_numpy(snapshot.GetPoints().GetData()), 1e-5, f"centres at {time:g} s")
     if "half_size" in names:

@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""Planted failures for compare.py, in the current directory: each must be caught, and what is right must pass."""
+"""Planted failures for compare.py, in the current directory: each must be caught, and what is right must
+pass."""
+
 import contextlib
 import io
 import sys
@@ -57,8 +59,10 @@ history("wrong.dat", changed(1, 1, 50 + 2e-6))
 history("nan.dat", changed(1, 1, np.nan))
 history("infinite.dat", changed(1, 1, np.inf))
 history("not_zero.dat", changed(1, 2, 1e-30))
-Path("block.dat").write_text(Path("good.dat").read_text().split("ZONE")[0]
-                             + 'ZONE T="x", I=3, J=1, K=1, DATAPACKING=BLOCK\n0 1\n2\n0 50 100\n0 0 0\n')
+Path("block.dat").write_text(
+    Path("good.dat").read_text().split("ZONE")[0]
+    + 'ZONE T="x", I=3, J=1, K=1, DATAPACKING=BLOCK\n0 1\n2\n0 50 100\n0 0 0\n'
+)
 Path("block_short.dat").write_text(Path("block.dat").read_text().replace("0 50 100", "0 50"))
 history("short.dat", rows[:2])
 history("empty.dat", rows[:0])
@@ -91,6 +95,7 @@ def particles(path, order=(0, 1, 2, 3), time=1.0, drop=(), add=(), **changes):
                 group[f"PointData/{name}"] = data[order]
         for name in add:
             group[f"PointData/{name}"] = np.zeros(len(order))
+
 
 particles("good.h5")
 particles("shuffled.h5", order=(2, 0, 3, 1))

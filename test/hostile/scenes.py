@@ -1,8 +1,10 @@
 """scenes.py SCENES [FIRST]: scenes that were changed at random, given to the program itself.
 
-Each must end within 10 s with status 0, or with 2 or 4 and one sentence; one that is still a scene, only a longer one, must obey when it
-is asked to stop (5). What is refused writes nothing, and nothing is written outside the directory that the scene names. FIRST is the number of the first scene: scene N is always the same.
-"""
+Each must end within 10 s with status 0, or with 2 or 4 and one sentence; one that is still a scene, only a
+longer one, must obey when it is asked to stop (5). What is refused writes nothing, and nothing is written
+outside the directory that the scene names. FIRST is the number of the first scene: scene N is always the
+same."""
+
 import os
 import random
 import re
@@ -16,21 +18,59 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "restart"))
 import restarts
 
 GIMP3D = os.environ["GIMP3D"]
-PATIENCE = 10.0*float(os.environ.get("SLOWNESS", "1"))  # s
-SCENES = [re.sub(r"velocity=6,3,2", "velocity=0.6,0.3,0.2", text.format(end=0.002)) + more
-          + "&output directory='out/run', every=0.001, history_every=0 /\n&checkpoint every_steps=20 /\n"
-          for text in (restarts.LEVELS, restarts.SPLITTING, restarts.PLASTIC, restarts.CONTACT, restarts.FOLLOWING)
-          for more in ("", "&contact tolerance=1e-7, max_iterations=300 /\n") if not more or "&tool" in text]
+PATIENCE = 10.0 * float(os.environ.get("SLOWNESS", "1"))  # s
+SCENES = [
+    re.sub(r"velocity=6,3,2", "velocity=0.6,0.3,0.2", text.format(end=0.002))
+    + more
+    + "&output directory='out/run', every=0.001, history_every=0 /\n&checkpoint every_steps=20 /\n"
+    for text in (restarts.LEVELS, restarts.SPLITTING, restarts.PLASTIC, restarts.CONTACT, restarts.FOLLOWING)
+    for more in ("", "&contact tolerance=1e-7, max_iterations=300 /\n")
+    if not more or "&tool" in text
+]
 NUMBER = re.compile(r"(?<![\w.])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?")
-VALUES = ["0", "-1", "1", "2", "1e300", "1e-300", "-0.5", "nan", "inf", "1e999", "0.1", "0.05", "3", "7", "8", "27", "1000000000000", "", "''",
-          "'x'", ".true.", "1,2,3", "3*0.5", "1e-9", "0.3", "90", "1_8", "0x10", "1.2.3", "--4", "*", "100*", "1d0", "+.5"]
+VALUES = [
+    "0",
+    "-1",
+    "1",
+    "2",
+    "1e300",
+    "1e-300",
+    "-0.5",
+    "nan",
+    "inf",
+    "1e999",
+    "0.1",
+    "0.05",
+    "3",
+    "7",
+    "8",
+    "27",
+    "1000000000000",
+    "",
+    "''",
+    "'x'",
+    ".true.",
+    "1,2,3",
+    "3*0.5",
+    "1e-9",
+    "0.3",
+    "90",
+    "1_8",
+    "0x10",
+    "1.2.3",
+    "--4",
+    "*",
+    "100*",
+    "1d0",
+    "+.5",
+]
 WORDS = re.compile(r"[a-z_]+")
 
 
 def one_byte(chance, text):
     at = chance.randrange(len(text))
     new = chance.choice([chr(chance.randrange(256)), chance.choice("&/=,'\"!() \n\t*.-+0123456789"), ""])
-    return text[:at] + new + text[at + chance.choice([0, 1, 1]):]
+    return text[:at] + new + text[at + chance.choice([0, 1, 1]) :]
 
 
 def one_number(chance, text):
@@ -40,8 +80,10 @@ def one_number(chance, text):
     spot = chance.choice(found)
     new = chance.choice(VALUES)
     if chance.random() < 0.4:
-        new = repr(float(spot[0].lower().replace("d", "e"))*chance.choice([2.0, 0.5, -1.0, 10.0, 0.1, 1.0000001]))
-    return text[:spot.start()] + new + text[spot.end():]
+        new = repr(
+            float(spot[0].lower().replace("d", "e")) * chance.choice([2.0, 0.5, -1.0, 10.0, 0.1, 1.0000001])
+        )
+    return text[: spot.start()] + new + text[spot.end() :]
 
 
 def one_word(chance, text):
@@ -49,7 +91,7 @@ def one_word(chance, text):
     if not found:
         return one_byte(chance, text)
     spot, other = chance.choice(found), chance.choice(found)
-    return text[:spot.start()] + other[0] + text[spot.end():]
+    return text[: spot.start()] + other[0] + text[spot.end() :]
 
 
 def lines_moved(chance, text):
@@ -66,19 +108,24 @@ def lines_moved(chance, text):
 
 
 def cut(chance, text):
-    return text[:chance.randrange(len(text))]
+    return text[: chance.randrange(len(text))]
 
 
 def spliced(chance, text):
     other = chance.choice(SCENES)
-    return text[:chance.randrange(len(text))] + other[chance.randrange(len(other)):]
+    return text[: chance.randrange(len(text))] + other[chance.randrange(len(other)) :]
 
 
 def mutated(number):
     chance = random.Random(number)
     text = chance.choice(SCENES)
     for _ in range(chance.choice([1, 1, 1, 2, 3, 8])):
-        text = chance.choice([one_byte, one_byte, one_number, one_number, one_number, one_word, lines_moved, cut, spliced])(chance, text) or " "
+        text = (
+            chance.choice(
+                [one_byte, one_byte, one_number, one_number, one_number, one_word, lines_moved, cut, spliced]
+            )(chance, text)
+            or " "
+        )
     return text
 
 
@@ -96,7 +143,13 @@ def try_scene(number, ranks):
     shutil.rmtree("here", ignore_errors=True)
     Path("here").mkdir()
     around = top()
-    process = subprocess.Popen(restarts.command(ranks), stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd="here")
+    process = subprocess.Popen(
+        restarts.command(ranks),
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        cwd="here",
+    )
     asked = False
     try:
         out, err = process.communicate(text.encode("latin-1"), timeout=PATIENCE)
@@ -120,7 +173,9 @@ def try_scene(number, ranks):
         return f"status {status} with {len(sentences)} sentences: {err.decode('latin-1')[-300:]}", status
     if status == 2 and made:
         return f"was refused and wrote {sorted(made)[:3]}", status
-    if len(homes) > 1 or any(not any(path.startswith(home) or home.startswith(path) for home in homes) for path in made):
+    if len(homes) > 1 or any(
+        not any(path.startswith(home) or home.startswith(path) for home in homes) for path in made
+    ):
         return f"wrote {sorted(made)[:5]}", status
     if top() - around:
         return f"wrote {top() - around}", status
@@ -129,7 +184,7 @@ def try_scene(number, ranks):
 
 def main():
     Path("inside").mkdir()
-    os.chdir("inside") # what is beside it is watched, and must be nothing of other tests
+    os.chdir("inside")  # what is beside it is watched, and must be nothing of other tests
     count = int(sys.argv[1])
     first = int(sys.argv[2]) if len(sys.argv) > 2 else 0
     statuses, wrong = {}, 0

@@ -1,5 +1,7 @@
-"""Files that are no closed surface: each is refused in one sentence with status 2, the same on every rank, and nothing is written; and
-a run whose file has changed does not go on. usage: surfaces.py DRIVER (in an empty directory; GIMP3D is the program)"""
+"""Files that are no closed surface: each is refused in one sentence with status 2, the same on every rank,
+and nothing is written; and a run whose file has changed does not go on. usage: surfaces.py DRIVER (in an
+empty directory; GIMP3D is the program)"""
+
 import math
 import os
 import struct
@@ -52,20 +54,30 @@ def moved(t):
 def flat(t):
     """Two triangles between three points on a line, in the place of an edge."""
     a, b = t[0, 0], t[0, 1]
-    return np.concatenate([t[1:], [[a, (a + b)/2, t[0, 2]], [(a + b)/2, b, t[0, 2]], [a, b, (a + b)/2]]])
+    return np.concatenate(
+        [t[1:], [[a, (a + b) / 2, t[0, 2]], [(a + b) / 2, b, t[0, 2]], [a, b, (a + b) / 2]]]
+    )
 
 
 nan = bytearray(binary)
-nan[84 + 12:84 + 16] = struct.pack("<f", float("nan"))
+nan[84 + 12 : 84 + 16] = struct.pack("<f", float("nan"))
 infinite = bytearray(binary)
-infinite[84 + 50*3 + 20:84 + 50*3 + 24] = struct.pack("<f", float("inf"))
+infinite[84 + 50 * 3 + 20 : 84 + 50 * 3 + 24] = struct.pack("<f", float("inf"))
 many = bytearray(binary)
 many[80:84] = struct.pack("<I", 2000000000)
-CASES = { # name: (content, what the sentence has, what else the tool has)
+CASES = {  # name: (content, what the sentence has, what else the tool has)
     "a triangle is missing": (triangles(lambda t: t[1:]), "is not closed: the edge from ", ""),
     "a corner has moved": (triangles(moved), "is not closed: the edge from ", ""),
-    "a triangle is twice": (triangles(lambda t: np.concatenate([t, t[5:6]])), "is no closed surface: the edge from ", ""),
-    "a triangle is turned over": (triangles(lambda t: np.concatenate([t[:1, ::-1], t[1:]])), "is no closed surface: the edge from ", ""),
+    "a triangle is twice": (
+        triangles(lambda t: np.concatenate([t, t[5:6]])),
+        "is no closed surface: the edge from ",
+        "",
+    ),
+    "a triangle is turned over": (
+        triangles(lambda t: np.concatenate([t[:1, ::-1], t[1:]])),
+        "is no closed surface: the edge from ",
+        "",
+    ),
     "inside out": (triangles(lambda t: t[:, ::-1]), "is inside out", ""),
     "a flat triangle": (triangles(flat), "has a triangle without area", ""),
     "only a face": (triangles(lambda t: t[:1]), "is not closed", ""),
@@ -80,32 +92,83 @@ CASES = { # name: (content, what the sentence has, what else the tool has)
     "another format": (b"\x89PNG\r\n\x1a\n" + bytes(200), "says it has ", ""),
     "a damaged HDF5 file": (b"\x89HDF\r\n\x1a\n" + bytes(200), "is an HDF5 file without", "spacing=1,1, "),
     "prose": (b"these are no triangles\n" * 20, "is no STL (binary or text) and no OBJ file", ""),
-    "text without its end": (ascii_[:len(ascii_)//2].encode(), "", ""),
-    "text with a word for a number": (ascii_.replace("vertex 0 0 0", "vertex 0 zero 0", 1).encode(), "must have three numbers", ""),
-    "text with NaN": (ascii_.replace("vertex 0 0 0", "vertex 0 nan 0", 1).encode(), "must have three numbers", ""),
-    "text with a facet of two": (ascii_.replace("vertex 0 0 0\n", "", 1).encode(), "a facet has 2 corners", ""),
+    "text without its end": (ascii_[: len(ascii_) // 2].encode(), "", ""),
+    "text with a word for a number": (
+        ascii_.replace("vertex 0 0 0", "vertex 0 zero 0", 1).encode(),
+        "must have three numbers",
+        "",
+    ),
+    "text with NaN": (
+        ascii_.replace("vertex 0 0 0", "vertex 0 nan 0", 1).encode(),
+        "must have three numbers",
+        "",
+    ),
+    "text with a facet of two": (
+        ascii_.replace("vertex 0 0 0\n", "", 1).encode(),
+        "a facet has 2 corners",
+        "",
+    ),
     "text with another word": (ascii_.replace("endloop", "endlop", 1).encode(), "unknown word 'endlop'", ""),
-    "a corner that is not there": ((waves + "f 1 2 999999\n").encode(), "'999999' is no number of a corner above", ""),
+    "a corner that is not there": (
+        (waves + "f 1 2 999999\n").encode(),
+        "'999999' is no number of a corner above",
+        "",
+    ),
     "a face without its number": ((waves + "f 1 2 x\n").encode(), "'x' is no number of a corner above", ""),
-    "a face that crosses itself": ((waves + "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 1 -1 0\nv 0 2 0\nf -5 -4 -3 -2 -1\n").encode(),
-                                   "the face crosses itself", ""),
-    "a face with many corners": ((waves + "f" + " 1"*70 + "\n").encode(), "a face has more than 64 corners", ""),
+    "a face that crosses itself": (
+        (waves + "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 1 -1 0\nv 0 2 0\nf -5 -4 -3 -2 -1\n").encode(),
+        "the face crosses itself",
+        "",
+    ),
+    "a face with many corners": (
+        (waves + "f" + " 1" * 70 + "\n").encode(),
+        "a face has more than 64 corners",
+        "",
+    ),
     "corners alone": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "has no triangles", ""),
     "heights without spacing": (heights.encode(), "holds heights; spacing must be given", ""),
     "triangles with spacing": (binary, "holds triangles; spacing is for heights", "spacing=1,1, "),
-    "a row is short": (heights.replace("1 2 1", "1 2").encode(), "line 3: has 2 numbers, the first row 3", "spacing=0.1,0.1, "),
-    "a height is no number": (heights.replace("2", "two").encode(), "line 3: 'two' is no number", "spacing=0.1,0.1, "),
+    "a row is short": (
+        heights.replace("1 2 1", "1 2").encode(),
+        "line 3: has 2 numbers, the first row 3",
+        "spacing=0.1,0.1, ",
+    ),
+    "a height is no number": (
+        heights.replace("2", "two").encode(),
+        "line 3: 'two' is no number",
+        "spacing=0.1,0.1, ",
+    ),
     "one row": (b"1 2 3\n", "holds 3 by 1 heights; allowed: at least 2 by 2", "spacing=0.1,0.1, "),
     "changed": (binary, "has been changed: its checksum is ", "checksum='0123456789ABCDEF', "),
 }
-turn = [(0.2*(1 + k % 2)*math.cos(0.2*math.pi*k), 0.2*(1 + k % 2)*math.sin(0.2*math.pi*k)) for k in range(10)]
-polygons = "".join(f"v {x!r} {y!r} {z!r}\n" for z in (0.0, 0.3) for x, y in turn)  # a star whose ends are a face each
-polygons += "f " + " ".join(str(k) for k in range(10, 0, -1)) + "\nf " + " ".join(str(k) for k in range(11, 21)) + "\n"
+turn = [
+    (0.2 * (1 + k % 2) * math.cos(0.2 * math.pi * k), 0.2 * (1 + k % 2) * math.sin(0.2 * math.pi * k))
+    for k in range(10)
+]
+# a star whose ends are a face each
+polygons = "".join(f"v {x!r} {y!r} {z!r}\n" for z in (0.0, 0.3) for x, y in turn)
+polygons += (
+    "f "
+    + " ".join(str(k) for k in range(10, 0, -1))
+    + "\nf "
+    + " ".join(str(k) for k in range(11, 21))
+    + "\n"
+)
 polygons += "".join(f"f {k} {1 + k % 10} {11 + k % 10} {10 + k}\n" for k in range(1, 11))
-GOOD = {"polygons": (polygons.encode(), ""), "binary": (binary, ""), "text": (ascii_.encode(), ""), "obj": (waves.encode(), ""), "scaled": (binary, "scale=0.5, rotation=0,0,90, "),
-        "heights": (heights.encode(), "spacing=0.05,0.05, scale=0.1, rotation=180,0,0, ")}
-for name, content in (("h5", np.array([[0, 1, 0], [1, 2, 1], [0, 1, 0]])), ("h5 of one row", np.array([1, 2, 3])),
-                      ("h5 with NaN", np.array([[0, 1], [float("nan"), 2]])), ("h5 without heights", None)):
+GOOD = {
+    "polygons": (polygons.encode(), ""),
+    "binary": (binary, ""),
+    "text": (ascii_.encode(), ""),
+    "obj": (waves.encode(), ""),
+    "scaled": (binary, "scale=0.5, rotation=0,0,90, "),
+    "heights": (heights.encode(), "spacing=0.05,0.05, scale=0.1, rotation=180,0,0, "),
+}
+for name, content in (
+    ("h5", np.array([[0, 1, 0], [1, 2, 1], [0, 1, 0]])),
+    ("h5 of one row", np.array([1, 2, 3])),
+    ("h5 with NaN", np.array([[0, 1], [float("nan"), 2]])),
+    ("h5 without heights", None),
+):
     with h5py.File("made.h5", "w") as file:
         if content is not None:
             file["height"] = content
@@ -113,7 +176,11 @@ for name, content in (("h5", np.array([[0, 1, 0], [1, 2, 1], [0, 1, 0]])), ("h5 
     if name == "h5":
         GOOD[name] = (made, GOOD["heights"][1])
     else:
-        CASES[name] = (made, "that are not finite" if "NaN" in name else "is an HDF5 file without", "spacing=0.1,0.1, ")
+        CASES[name] = (
+            made,
+            "that are not finite" if "NaN" in name else "is an HDF5 file without",
+            "spacing=0.1,0.1, ",
+        )
 os.mkdir("scenes")
 names, wanted = [], {}
 for cases, status in ((CASES, 2), (GOOD, 0)):
@@ -140,27 +207,46 @@ for ranks in (1, 2):
         if expected == 0:
             judge(f"{name} on {ranks} ranks: accepted", status == "0", why)
         else:
-            judge(f"{name} on {ranks} ranks", status == "2" and len(lines) == 1 and sentence in lines[0]
-                  and lines[0].startswith("line 5, &tool file="), why)
+            judge(
+                f"{name} on {ranks} ranks",
+                status == "2"
+                and len(lines) == 1
+                and sentence in lines[0]
+                and lines[0].startswith("line 5, &tool file="),
+                why,
+            )
     judge("nothing is written", sorted(os.listdir(".")) == before, str(os.listdir(".")))
 
 
 def run(*arguments, text=""):
-    return subprocess.run(["mpirun", "-n", "2", os.environ["GIMP3D"], *arguments], input=text, capture_output=True, text=True)
+    return subprocess.run(
+        ["mpirun", "-n", "2", os.environ["GIMP3D"], *arguments], input=text, capture_output=True, text=True
+    )
 
 
-scene = SCENE.format(file="die.stl", more="") + "&output directory='out', formats='none' /\n&checkpoint every_steps=2 /\n"
+scene = (
+    SCENE.format(file="die.stl", more="")
+    + "&output directory='out', formats='none' /\n&checkpoint every_steps=2 /\n"
+)
 surfaces.write("die.stl", ball)
 done = run(text=scene)
 judge("a run with a surface", done.returncode == 0, done.stderr[-300:])
 case = Path("out/case.nml").read_text()
 judge("case.nml names the checksum", "checksum='" in case, case)
-longer = scene.replace("title='a surface'", "title='a surface', restart='out'").replace("end_time=1e-6", "end_time=2e-6")
+longer = scene.replace("title='a surface'", "title='a surface', restart='out'").replace(
+    "end_time=1e-6", "end_time=2e-6"
+)
 done = run(text=longer)
 judge("it goes on", done.returncode == 0, done.stderr[-300:])
-surfaces.write("die.stl", ball*1.001)
-for name, done in (("its scene", run(text=longer.replace("2e-6", "3e-6"))), ("--restart", run("--restart", "out"))):
+surfaces.write("die.stl", ball * 1.001)
+for name, done in (
+    ("its scene", run(text=longer.replace("2e-6", "3e-6"))),
+    ("--restart", run("--restart", "out")),
+):
     said = [line for line in done.stderr.split("\n") if line.startswith("gimp3d: ")]
-    judge(f"a changed file is refused with {name}", done.returncode == 2 and len(said) == 1 and "die.stl" in said[0]
-          and "has been changed" in said[0], f"status {done.returncode}: {said}")
+    judge(
+        f"a changed file is refused with {name}",
+        done.returncode == 2 and len(said) == 1 and "die.stl" in said[0] and "has been changed" in said[0],
+        f"status {done.returncode}: {said}",
+    )
 sys.exit(1 if failures else 0)

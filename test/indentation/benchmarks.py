@@ -79,7 +79,8 @@ check(
     near(stiffening(Layers(poisson, 2.0, poisson, 1e4), 0.5, "flat"), 0.7562, 3e-4)
     and stiffening(Layers(poisson, 2.0, poisson, 9.0), 0.5, "flat") > 1.05 * 0.7562,
 )
-# one that slides: a plate on a half-space where waves are long (plane modulus 1: t^3 / 12), its own half-space where they are short
+# one that slides: a plate on a half-space where waves are long (plane modulus 1: t^3 / 12), its own
+# half-space where they are short
 worst = max(
     abs(compliance(x, poisson, ratio, slides=True) / (0.5 * x / (x**4 / 12 + 0.5 * x / ratio)) - 1)
     for x, ratio in ((0.02, 10.0), (0.05, 10.0), (0.02, 1e3), (0.03, 2.0))
@@ -88,14 +89,22 @@ check(f"a film that slides is a plate under long waves: {worst:.1e}", worst < 0.
 check("and a half-space under short ones", near(compliance(20.0, poisson, 10.0, slides=True), 1.0, 1e-9))
 check(
     "a deep base under a film that slides is a half-space",
-    near(compliance(0.5, poisson, 10.0, 0.3, 100.0, slides=True), compliance(0.5, poisson, 10.0, slides=True), 1e-9),
+    near(
+        compliance(0.5, poisson, 10.0, 0.3, 100.0, slides=True),
+        compliance(0.5, poisson, 10.0, slides=True),
+        1e-9,
+    ),
 )
 check(
     "a film that slides is softer than one that is bonded",
-    stiffening(Layers(poisson, 10.0, slides=True), 0.5, "flat") < 0.95 * stiffening(cases.layers_of(10.0), 0.5, "flat"),
+    stiffening(Layers(poisson, 10.0, slides=True), 0.5, "flat")
+    < 0.95 * stiffening(cases.layers_of(10.0), 0.5, "flat"),
 )
 give = base_compliance(poisson)
-check("what a base takes off the depth, beside a small punch", near(1 - 1 / stiffening(layers, 0.02, "flat"), give * 2 * 0.02, 1e-2))
+check(
+    "what a base takes off the depth, beside a small punch",
+    near(1 - 1 / stiffening(layers, 0.02, "flat"), give * 2 * 0.02, 1e-2),
+)
 check("another Poisson's ratio is not met", not near(stiffening(Layers(0.4), 0.4, "flat"), 1.4726, 1e-2))
 
 # ---- formulas and numbers of references ----
@@ -113,26 +122,52 @@ for share, depth, load in known["rows"]:
         near(ours, depth, 5e-5) and near(float(indentation.rounded_cone(1.0, angle, 1.0)(ours)), load, 5e-5),
     )
 first, *others = tables["elastic_pyramid"]["berkovich"]
-check("Berkovich, elastic, 2.0250", near(first * (1 + sum(c * 0.3 ** (i + 1) for i, c in enumerate(others))), 2.0250, 3e-5))
+check(
+    "Berkovich, elastic, 2.0250",
+    near(first * (1 + sum(c * 0.3 ** (i + 1) for i, c in enumerate(others))), 2.0250, 3e-5),
+)
 first, *others = tables["elastic_pyramid"]["vickers"]
-check("Vickers, elastic, 1.9287", near(first * (1 + sum(c * 0.3 ** (i + 1) for i, c in enumerate(others))), 1.9287, 3e-5))
+check(
+    "Vickers, elastic, 1.9287",
+    near(first * (1 + sum(c * 0.3 ** (i + 1) for i, c in enumerate(others))), 1.9287, 3e-5),
+)
 pressed = {faces: half_space.curvature(faces, 128)[0] for faces in (0, 3, 4)}
 check("half-space: a cone, 2/pi", near(pressed[0], 2 / math.pi, 1e-4))
 exact = tables["elastic_pyramid"]["exact"]
-check("half-space: pyramids of three and four faces", all(near(pressed[n], exact[str(n)], 3e-4) for n in (3, 4)))
+check(
+    "half-space: pyramids of three and four faces", all(near(pressed[n], exact[str(n)], 3e-4) for n in (3, 4))
+)
 at = (np.arange(96) + 0.5) / 40 - 1.2
 across = np.hypot(*np.meshgrid(at, at))
-check("half-space: a sphere, Hertz", near(half_space.press(across**2 / 2, 0.025, 1.0).sum() * 0.025**2, 4 / 3, 1e-4))
-check("half-space: a punch of unit radius, 2", near(half_space.press(np.where(across < 1, 0.0, 9.0), 0.025, 1.0).sum() * 0.025**2, 2, 6e-3))
-stiff = anisotropic.cubic(young * (1 - poisson) / (1 + poisson) / (1 - 2 * poisson), young * poisson / (1 + poisson) / (1 - 2 * poisson),
-                          young / 2 / (1 + poisson))
-check("anisotropic: an isotropic body", all(near(f(stiff, (1, 2, 3)), plane_modulus, 1e-9) for f in (anisotropic.punch_modulus, anisotropic.sphere_modulus)))
+check(
+    "half-space: a sphere, Hertz",
+    near(half_space.press(across**2 / 2, 0.025, 1.0).sum() * 0.025**2, 4 / 3, 1e-4),
+)
+check(
+    "half-space: a punch of unit radius, 2",
+    near(half_space.press(np.where(across < 1, 0.0, 9.0), 0.025, 1.0).sum() * 0.025**2, 2, 6e-3),
+)
+stiff = anisotropic.cubic(
+    young * (1 - poisson) / (1 + poisson) / (1 - 2 * poisson),
+    young * poisson / (1 + poisson) / (1 - 2 * poisson),
+    young / 2 / (1 + poisson),
+)
+check(
+    "anisotropic: an isotropic body",
+    all(
+        near(f(stiff, (1, 2, 3)), plane_modulus, 1e-9)
+        for f in (anisotropic.punch_modulus, anisotropic.sphere_modulus)
+    ),
+)
 crystal = anisotropic.cubic(*(tables["copper"][name] for name in ("c11", "c12", "c44")))
 
 
 def by_eigenvectors(stiffness, along, normal):
     """Z of a direction as the decaying waves of Stroh's sextic give it."""
-    q, r, t = (np.einsum("j,ijkl,l->ik", x, stiffness, y) for x, y in ((along, along), (along, normal), (normal, normal)))
+    q, r, t = (
+        np.einsum("j,ijkl,l->ik", x, stiffness, y)
+        for x, y in ((along, along), (along, normal), (normal, normal))
+    )
     inverse = np.linalg.inv(t)
     matrix = np.block([[-inverse @ r.T, inverse], [r @ inverse @ r.T - q, -r @ inverse]])
     values, vectors = np.linalg.eig(matrix)
@@ -145,29 +180,49 @@ for normal in anisotropic.SURFACES.values():
     first, second, n = anisotropic.frame(normal)
     for angle in (0.1, 0.7, 1.9):
         way = math.cos(angle) * first + math.sin(angle) * second
-        worst = max(worst, abs(anisotropic.compliance(crystal, way, n) / by_eigenvectors(crystal, way, n) - 1))
+        worst = max(
+            worst, abs(anisotropic.compliance(crystal, way, n) / by_eigenvectors(crystal, way, n) - 1)
+        )
 check(f"anisotropic: compliance of copper by integrals and by eigenvectors, {worst:.1e}", worst < 1e-8)
-moduli = [[f(crystal, n) for n in anisotropic.SURFACES.values()] for f in (anisotropic.punch_modulus, anisotropic.sphere_modulus)]
-check("anisotropic: on (100) and (111) a sphere's contact is a circle, on (110) nearly",
-      near(moduli[0][0], moduli[1][0], 1e-9) and near(moduli[0][2], moduli[1][2], 1e-9) and 1e-4 < moduli[1][1] / moduli[0][1] - 1 < 1e-2)
-nearly = anisotropic.cubic(*(stiff[i] * f for i, f in (((0, 0, 0, 0), 1), ((0, 0, 1, 1), 1), ((0, 1, 0, 1), 1.0001))))
+moduli = [
+    [f(crystal, n) for n in anisotropic.SURFACES.values()]
+    for f in (anisotropic.punch_modulus, anisotropic.sphere_modulus)
+]
+check(
+    "anisotropic: on (100) and (111) a sphere's contact is a circle, on (110) nearly",
+    near(moduli[0][0], moduli[1][0], 1e-9)
+    and near(moduli[0][2], moduli[1][2], 1e-9)
+    and 1e-4 < moduli[1][1] / moduli[0][1] - 1 < 1e-2,
+)
+nearly = anisotropic.cubic(
+    *(stiff[i] * f for i, f in (((0, 0, 0, 0), 1), ((0, 0, 1, 1), 1), ((0, 1, 0, 1), 1.0001)))
+)
 shares = [anisotropic.base_compliance(c, n, 6) for c, n in ((nearly, (0, 0, 1)), (crystal, (1, 1, 1)))]
-check(f"anisotropic: a bonded base under a nearly isotropic layer as exact layers have it, not so under (111) of copper: {shares[0]:.4f}, {shares[1]:.4f}",
-      near(shares[0], base_compliance(poisson), 1e-3) and shares[1] > 1.2 * shares[0])
-check("ten rows of the cone, three of the pyramid", (len(cases.cone_rows()), len(cases.berkovich_rows())) == (10, 3))
+check(
+    "anisotropic: a bonded base under a nearly isotropic layer as exact layers have it, not so under (111) "
+    f"of copper: {shares[0]:.4f}, {shares[1]:.4f}",
+    near(shares[0], base_compliance(poisson), 1e-3) and shares[1] > 1.2 * shares[0],
+)
+check(
+    "ten rows of the cone, three of the pyramid",
+    (len(cases.cone_rows()), len(cases.berkovich_rows())) == (10, 3),
+)
 for ratio, hardness, modulus in tables["oliver_pharr_error"]["rows"]:
     line = next(r for r in tables["cone"]["rows"] if r[0] == ratio and r[1] == 0.0)
     true = (line[3] / tables["area_of_stiffness"]["cone"]) ** 2
     contact = 1 - 0.75 * line[2] / (line[3] * ratio / (1 - poisson**2))
     area = 24.5 * contact**2
     check(
-        f"Oliver and Pharr at E/Y = {ratio:g}: hardness {true / area - 1:+.3f}, modulus {math.sqrt(true / area) - 1:+.3f}",
+        f"Oliver and Pharr at E/Y = {ratio:g}: hardness {true / area - 1:+.3f}, modulus "
+        f"{math.sqrt(true / area) - 1:+.3f}",
         abs(true / area - 1 - hardness) < 1e-3 and abs(math.sqrt(true / area) - 1 - modulus) < 1e-3,
     )
 for row in cases.analysis_rows():
     found = row.measure(None, None)
     for reference in row.references:
-        check(f"{row.name}, {reference.name} to the digits", near(found[reference.name], reference.value, 2e-6))
+        check(
+            f"{row.name}, {reference.name} to the digits", near(found[reference.name], reference.value, 2e-6)
+        )
 
 # ---- scenes ----
 
@@ -181,7 +236,9 @@ for law, exponent in ((power_law(700e6, 0.3), 0.3), (power_law(100e6, 0.5), 0.5)
 for motion in (Motion(2e-7, 1e-8), Motion(2e-7, 1e-8, 0.5e-7)):
     times, speeds, end = motion.values()
     t = np.linspace(0, end, 200001)
-    travel = np.r_[0, np.cumsum(0.5 * (np.interp(t, times, speeds)[1:] + np.interp(t, times, speeds)[:-1]) * np.diff(t))]
+    travel = np.r_[
+        0, np.cumsum(0.5 * (np.interp(t, times, speeds)[1:] + np.interp(t, times, speeds)[:-1]) * np.diff(t))
+    ]
     check("a tool goes as deep as it should", near(travel.max(), motion.depth, 1e-4))
     check("and comes back as far", abs(travel.max() - travel[-1] - motion.back) < 1e-4 * motion.depth)
 for case in cases.cases():
@@ -207,7 +264,9 @@ depth, level = np.linspace(0, 1e-7, 400), 3e13
 for noise in (0.0, 0.01):
     wave = 1 + noise * np.sin(np.arange(400) * 2.1)
     value, sigma = measures.smooth_load(depth, level * depth**1.5 * wave, 0.9e-7)
-    check(f"a load at a depth, waves of {100 * noise:g} %", near(value, level * 0.9e-7**1.5, 1e-4 + 0.2 * noise))
+    check(
+        f"a load at a depth, waves of {100 * noise:g} %", near(value, level * 0.9e-7**1.5, 1e-4 + 0.2 * noise)
+    )
 
 grid = cases.sharp_grids["coarse"]
 half = {"depth": 2e-7, "C": 60e9, "S": 6.0 * plane_modulus * 2e-7, "elastic": 0.2, "work": 60e9 * 8e-21 / 3}
@@ -244,8 +303,8 @@ check("and the base's share is some per cent", 0.01 < -found["base's share"] < 0
 def dat(path, columns, rows, note):
     names = " ".join(f'"{name}"' for name in columns)
     path.write_text(
-        f'TITLE = "fabricated"\nVARIABLES = {names}\nZONE T="history", STRANDID=1, SOLUTIONTIME=0\nAUXDATA {note}\n'
-        + "".join(" ".join(f"{value:.10e}" for value in row) + "\n" for row in rows)
+        f'TITLE = "fabricated"\nVARIABLES = {names}\nZONE T="history", STRANDID=1, SOLUTIONTIME=0\nAUXDATA '
+        f'{note}\n' + "".join(" ".join(f"{value:.10e}" for value in row) + "\n" for row in rows)
     )
 
 
@@ -261,10 +320,28 @@ def fabricate(row, grid, factor):
     depth = np.linspace(0, 1.05 * 0.3568**2 * t / cases.sphere_over_layer, 500)
     load = factor * np.interp(depth, pairs[:, 1] / over * t, pairs[:, 0] / over * t * t * plane_modulus) / 4
     time, zero = np.linspace(0, 1e-8, 500), np.zeros(500)
-    names = ["time [s]", "depth [m]", "load_x [N]", "load_y [N]", "load_z [N]", "contact_area [m2]", "max_gap_violation [m]"]
-    dat(directory / "tool_tool.dat", names, np.c_[time, depth, zero, zero, load, zero, zero], 'model_share="0.25"')
+    names = [
+        "time [s]",
+        "depth [m]",
+        "load_x [N]",
+        "load_y [N]",
+        "load_z [N]",
+        "contact_area [m2]",
+        "max_gap_violation [m]",
+    ]
+    dat(
+        directory / "tool_tool.dat",
+        names,
+        np.c_[time, depth, zero, zero, load, zero, zero],
+        'model_share="0.25"',
+    )
     work = np.r_[0, np.cumsum(load[1:] * np.diff(depth))]
-    dat(directory / "energy.dat", ["time [s]", "kinetic [J]", "external_work [J]"], np.c_[time, 0.004 * work, work], 'model="part"')
+    dat(
+        directory / "energy.dat",
+        ["time [s]", "kinetic [J]", "external_work [J]"],
+        np.c_[time, 0.004 * work, work],
+        'model="part"',
+    )
     record = {
         "scene": benchmarks.digest(text),
         "program": "made up",
@@ -288,18 +365,31 @@ def written(*names):
 
 
 os.chdir(WORK)
-Path("book.md").write_text(f"# Head\n\nKept.\n\n{benchmarks.benchmark_table.first}\nold\n{benchmarks.benchmark_table.last}\n\nFoot.\n")
+Path("book.md").write_text(
+    "# "
+    f"Head\n\nKept.\n\n{benchmarks.benchmark_table.first}\nold\n{benchmarks.benchmark_table.last}\n\nFoot.\n"
+)
 row = next(r for r in cases.layer_rows() if r.name == "layer_sphere")
 
 
 def line_of(text):
-    return next((line for line in text.splitlines() if line.startswith("| sphere, R = 5 t | F/F_Hertz") and "coarse (8)" in line), "")
+    return next(
+        (
+            line
+            for line in text.splitlines()
+            if line.startswith("| sphere, R = 5 t | F/F_Hertz") and "coarse (8)" in line
+        ),
+        "",
+    )
 
 
 text = written("layer_sphere")
 said = 'CASES="layer_punch layer_sphere layer_cone" GRIDS=coarse' in " ".join(text.split())
 check("a row that was not run is said to be so, with the command", said and not line_of(text))
-check("what stands around the tables stays", text.startswith("# Head\n\nKept.\n") and text.endswith("\n\nFoot.\n") and "old" not in text)
+check(
+    "what stands around the tables stays",
+    text.startswith("# Head\n\nKept.\n") and text.endswith("\n\nFoot.\n") and "old" not in text,
+)
 fabricate(row, "coarse", 1.0)
 line = line_of(written("layer_sphere", "B10"))
 cells = [cell.strip() for cell in line.split("|")]
@@ -309,16 +399,28 @@ check("kinetic energy, time and ranks stand there", "| 0.4 | 12, 2 |" in line)
 fabricate(row, "coarse", 1.1)
 text = written("layer_sphere")
 check("loads that are 10 % too high are said to be so", "+10 %" in line_of(text))
-check("the summary counts them", re.search(r"^\| \[B7\].*\| 1 of 3 \| 0 of 2 \| \+10 % ", text, re.M) is not None)
-check("what was not measured again stays", re.search(r"^\| \[B10\].*\| 2 of 2 \| 4 of 4 \|", text, re.M) is not None)
+check(
+    "the summary counts them",
+    re.search(r"^\| \[B7\].*\| 1 of 3 \| 0 of 2 \| \+10 % ", text, re.M) is not None,
+)
+check(
+    "what was not measured again stays",
+    re.search(r"^\| \[B10\].*\| 2 of 2 \| 4 of 4 \|", text, re.M) is not None,
+)
 stored = json.loads(Path("book.json").read_text())
-stored["layer_cone_coarse"] = {"fault": "step 7: it burst", "scene": benchmarks.digest(cases.layer_rows()[2].scene("coarse"))}
+stored["layer_cone_coarse"] = {
+    "fault": "step 7: it burst",
+    "scene": benchmarks.digest(cases.layer_rows()[2].scene("coarse")),
+}
 stored["layer_sphere_coarse"]["scene"] = "another"
 Path("book.json").write_text(json.dumps(stored))
 shutil.rmtree(row.directory("coarse"))
 text = written("layer_sphere")
 check("numbers of another scene are not taken", not line_of(text))
-check("a run that ended early is said to have none", "coarse grid, has no numbers: step 7: it burst" in " ".join(text.split()))
+check(
+    "a run that ended early is said to have none",
+    "coarse grid, has no numbers: step 7: it burst" in " ".join(text.split()),
+)
 wide = [line for line in text.splitlines() if len(line) > 110 and not line.startswith(("|", "#"))]
 check("prose has at most 110 columns", not wide)
 

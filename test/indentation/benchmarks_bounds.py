@@ -37,13 +37,24 @@ for name, wanted in bounds.items():
     for reference in rows[name].references:
         value = found.get(reference.name)
         bound = wanted[reference.name]
-        off = None if value is None else benchmark_table.deviation(reference, value) * (1 if reference.absolute else 100)
+        off = (
+            None
+            if value is None
+            else benchmark_table.deviation(reference, value) * (1 if reference.absolute else 100)
+        )
         holds = off is not None and abs(off) <= bound
-        said = "missing" if off is None else f"{value:.5g}, reference {reference.value:.5g}, off by {off:+.3g}, at most {bound:g}"
+        said = (
+            "missing"
+            if off is None
+            else f"{value:.5g}, reference {reference.value:.5g}, off by {off:+.3g}, at most {bound:g}"
+        )
         print(f"{'ok     ' if holds else 'FAILED '} {name}, {reference.name}: {said}")
         faults += not holds
     kinetic = found.get("kinetic")
     if kinetic is not None:
-        print(f"{'ok     ' if kinetic < 0.015 else 'FAILED '} {name}: kinetic energy is {100 * kinetic:.2g} % of the work")
+        print(
+            f"{'ok     ' if kinetic < 0.015 else 'FAILED '} {name}: kinetic energy is {100 * kinetic:.2g} % "
+            "of the work"
+        )
         faults += kinetic >= 0.015
 sys.exit(bool(faults))

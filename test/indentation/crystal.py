@@ -1,4 +1,6 @@
-"""Pile-up around a sphere in a copper crystal, by its harmonics around the tool's axis. Run in the directory of crystal_long.sh."""
+"""Pile-up around a sphere in a copper crystal, by its harmonics around the tool's axis. Run in the directory
+of crystal_long.sh."""
+
 import sys
 from pathlib import Path
 
@@ -11,7 +13,8 @@ MIDDLE = np.array([6.0, 6.0, 10.0])  # of the contact, um
 RINGS = [(1.5, 1.9), (1.9, 2.3), (2.3, 2.7)]  # um from the axis, beyond the contact's radius of 1.5 um
 SECTORS = 48
 FOLDS = {"001": 4, "011": 2, "111": 3}
-# Where the surface is highest, by the harmonic of the fold, when the crystal is turned by 20 degrees: it turns with the crystal
+# Where the surface is highest, by the harmonic of the fold, when the crystal is turned by 20 degrees: it
+# turns with the crystal
 HIGHEST = {"001": 45 + 20, "011": 0 + 20, "111": 30 + 20}  # degrees from x; on (001) that is [110]
 failures = 0
 
@@ -43,10 +46,14 @@ for face, fold in FOLDS.items():
     own = harmonics[fold::fold].max()
     other = max(harmonics[n] for n in range(1, 13) if n % fold)
     print(f"   ({face}): harmonics 1 to 12 [nm] " + " ".join(f"{h:.1f}" for h in harmonics[1:]))
-    print(f"   ({face}): highest {1e3*heights.max():.0f} nm, lattice turned by {fields['lattice_rotation'].max():.0f} degrees, "
-          f"slip up to {fields['slip'].max():.2f}")
+    print(
+        f"   ({face}): highest {1e3 * heights.max():.0f} nm, lattice turned by "
+        f"{fields['lattice_rotation'].max():.0f} degrees, slip up to {fields['slip'].max():.2f}"
+    )
     good = own >= 5 * other and abs(off) < 5
     failures += not good
-    print(f"{'   ' if good else 'FAILED: '}({face}): {fold}-fold by {own:.1f} nm, all else at most {other:.1f} nm: "
-          f"{own/other:.3g} times; highest {off:+.1f} degrees from where the crystal puts it")
+    print(
+        f"{'   ' if good else 'FAILED: '}({face}): {fold}-fold by {own:.1f} nm, all else at most {other:.1f} "
+        f"nm: {own / other:.3g} times; highest {off:+.1f} degrees from where the crystal puts it"
+    )
 sys.exit(1 if failures else 0)

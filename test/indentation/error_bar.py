@@ -1,8 +1,7 @@
 """post/error_bar.py on made-up answers. usage: error_bar.py ROOT WORK
 
-The hardness on cells h is 2 GPa + c h^p: on two grids of any ratio the error of first order is exact for p = 1, on three it is 1.25
-times the true one for the p that they show.
-"""
+The hardness on cells h is 2 GPa + c h^p: on two grids of any ratio the error of first order is exact for p =
+1, on three it is 1.25 times the true one for the p that they show."""
 
 import contextlib
 import io
@@ -35,14 +34,22 @@ def check(what, holds):
 def run(name, cell, hardness, sigma=0.0, depth=2e-7, end=1e-9, young=70e9, width=25.6e-6, angle=70.3):
     """A directory with what a run and `make hardness` leave there."""
     (WORK / name).mkdir(exist_ok=True)
-    (WORK / name / "case.nml").write_text(scene.format(title=name, cell=cell, end=end, young=young, width=width, angle=angle))
-    answer = {"max_depth": depth, "hardness_true": hardness, "hardness_true_uncertainty": sigma, "young_true": None}
+    (WORK / name / "case.nml").write_text(
+        scene.format(title=name, cell=cell, end=end, young=young, width=width, angle=angle)
+    )
+    answer = {
+        "max_depth": depth,
+        "hardness_true": hardness,
+        "hardness_true_uncertainty": sigma,
+        "young_true": None,
+    }
     (WORK / name / "hardness.json").write_text(json.dumps(answer))
     return str(WORK / name)
 
 
 def bars(*names):
-    """Status, what is printed, and the row of the true hardness in error_bar.json of the finest run (first of the names)."""
+    """Status, what is printed, and the row of the true hardness in error_bar.json of the finest run (first of
+    the names)."""
     (Path(names[0]) / "error_bar.json").unlink(missing_ok=True)
     said = io.StringIO()
     sys.argv = ["error_bar.py", *names]
@@ -64,29 +71,54 @@ def law(cell, p):
 fine, middle, coarse = 1.6e-6, 2.56e-6, 3.2e-6
 
 status, said, row = bars(run("fine", fine, law(fine, 1), 3e6), run("coarse", coarse, law(coarse, 1), 9e6))
-check("two grids of first order: the error is the true one", status == 0 and near(row["parts"]["grid"], law(fine, 1) - 2e9))
-check("the uncertainty is that of the finest run", row["parts"]["fit"] == 3e6 and row["value"] == law(fine, 1))
+check(
+    "two grids of first order: the error is the true one",
+    status == 0 and near(row["parts"]["grid"], law(fine, 1) - 2e9),
+)
+check(
+    "the uncertainty is that of the finest run", row["parts"]["fit"] == 3e6 and row["value"] == law(fine, 1)
+)
 check("the error bar is the root of the sum of the squares", near(row["error_bar"], math.hypot(8e7, 3e6)))
-check("the table has it in per cent", "hardness, true" in said and "1, assumed" in said and "cells of 800, 1600 nm" in said)
+check(
+    "the table has it in per cent",
+    "hardness, true" in said and "1, assumed" in said and "cells of 800, 1600 nm" in said,
+)
 check("what no run has is left out", "E, true" not in said)
 
 for p in (0.7, 1.0, 1.6):
-    ones = [run(name, cell, law(cell, p)) for name, cell in (("fine", fine), ("middle", middle), ("coarse", coarse))]
+    ones = [
+        run(name, cell, law(cell, p))
+        for name, cell in (("fine", fine), ("middle", middle), ("coarse", coarse))
+    ]
     status, said, row = bars(*ones)
-    check(f"three grids of order {p}: 1.25 times the true error", near(row["parts"]["grid"], 1.25 * (law(fine, p) - 2e9), 1e-4))
+    check(
+        f"three grids of order {p}: 1.25 times the true error",
+        near(row["parts"]["grid"], 1.25 * (law(fine, p) - 2e9), 1e-4),
+    )
     check(f"... and the order is said: {row['order']}", row["order"] == f"{p:.2f}")
-    check("... in whatever order they are named", near(bars(ones[0], ones[2], ones[1])[2]["error_bar"], row["error_bar"]))
-ones = [run(name, cell, law(cell, 4)) for name, cell in (("fine", fine), ("middle", middle), ("coarse", coarse))]
+    check(
+        "... in whatever order they are named",
+        near(bars(ones[0], ones[2], ones[1])[2]["error_bar"], row["error_bar"]),
+    )
+ones = [
+    run(name, cell, law(cell, 4)) for name, cell in (("fine", fine), ("middle", middle), ("coarse", coarse))
+]
 row = bars(*ones)[2]
 step = (law(middle, 4) - law(fine, 4)) / ((middle / fine) ** 2 - 1)
-check("an order above 2 counts as 2", near(row["parts"]["grid"], 1.25 * step) and row["order"].startswith("2, not"))
+check(
+    "an order above 2 counts as 2",
+    near(row["parts"]["grid"], 1.25 * step) and row["order"].startswith("2, not"),
+)
 ones = [run("fine", fine, 2.00e9), run("middle", middle, 2.03e9), run("coarse", coarse, 1.99e9)]
 row = bars(*ones)[2]
 check("without an order: the spread", near(row["parts"]["grid"], 4e7) and row["order"] == "none: spread")
 
 ones = [run("fine", fine, 2.0e9), run("coarse", coarse, 2.1e9), run("slow", coarse, 2.06e9, end=2e-9)]
 row = bars(*ones)[2]
-check("half the speed, beside the run of its cells", near(row["parts"]["speed"], 8e7) and near(row["parts"]["grid"], 1e8))
+check(
+    "half the speed, beside the run of its cells",
+    near(row["parts"]["speed"], 8e7) and near(row["parts"]["grid"], 1e8),
+)
 check("... counts in the error bar", near(row["error_bar"], math.hypot(8e7, 1e8)))
 ones = [run("fine", fine, 2.0e9), run("coarse", coarse, 2.1e9), run("fast", coarse, 2.16e9, end=0.5e-9)]
 check("twice the speed", near(bars(*ones)[2]["parts"]["speed"], 6e7))
@@ -111,7 +143,10 @@ status, said, row = bars(good, str(WORK / "absent"))
 check("refused: no directory", status == 2 and "no such directory" in said)
 (WORK / "bare").mkdir(exist_ok=True)
 status, said, row = bars(good, str(WORK / "bare"))
-check("refused: no hardness.json, with the command that makes it", status == 2 and f"make hardness RUN={WORK / 'bare'}" in said)
+check(
+    "refused: no hardness.json, with the command that makes it",
+    status == 2 and f"make hardness RUN={WORK / 'bare'}" in said,
+)
 run("coarse", coarse, law(coarse, 1))
 run("fine", fine, law(fine, 1))
 print(f"{len(faults)} failed")

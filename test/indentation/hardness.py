@@ -172,7 +172,8 @@ def fabricate(
     area[peak:] = np.where(force[peak:] > 0, area[peak], 0)
     note = f'AUXDATA model_share="{share}"\n' if model_share else ""
     names = (
-        '"time [s]" "depth [m]" "load_x [N]" "load_y [N]" "load_z [N]" "contact_area [m2]" "max_gap_violation [m]"'
+        '"time [s]" "depth [m]" "load_x [N]" "load_y [N]" "load_z [N]" '
+        '"contact_area [m2]" "max_gap_violation [m]"'
     )
     for tool in tools:
         rows = np.c_[time, depth + gap, 0 * time, 0 * time, share * force, share * area, 0 * time]
@@ -182,7 +183,8 @@ def fabricate(
         )
     work = np.r_[0, np.cumsum(np.diff(depth) * (force[1:] + force[:-1]) / 2)]
     (directory / "energy.dat").write_text(
-        'TITLE = "fabricated"\nVARIABLES = "time [s]" "kinetic [J]" "external_work [J]" "balance_error [1]"\nZONE T="history"\n'
+        'TITLE = "fabricated"\nVARIABLES = "time [s]" "kinetic [J]" "external_work [J]" "balance_error '
+        '[1]"\nZONE T="history"\n'
         + "".join(f"{t:.16e} {kinetic * w:.16e} {w:.16e} 0\n" for t, w in zip(time, work))
     )
     if snapshots:
@@ -371,14 +373,20 @@ check(
     and answer["stiffness"] is not None,
 )
 
-# the edge of a contact of which a ring near the axis hovers: particles under a tip do, where they are as large as it is blunt
+# the edge of a contact of which a ring near the axis hovers: particles under a tip do, where they are as
+# large as it is blunt
 width = 60e-9
 x, y = (a.ravel() for a in np.meshgrid(*[np.arange(-2.01e-6, 2.04e-6, width)] * 2))
 r = np.hypot(x, y)
 hover = np.where((r > 2.2 * width) & (r < 4.4 * width), 0.3 * width, 0.0)
-surface = imprint.Surface(np.c_[x, y], heights(r, deepest, False) - hover, np.full(x.size, width / 2), 0 * x, 0 * x)
+surface = imprint.Surface(
+    np.c_[x, y], heights(r, deepest, False) - hover, np.full(x.size, width / 2), 0 * x, 0 * x
+)
 found = imprint.contact_radius(surface, {"shape": ["cone"], "half_angle": [70.3]}, -deepest)
-check(f"a ring that hovers is not the edge of the contact: {1e9 * found[0]:.0f} nm", abs(found[0] - radius) < 0.5 * width)
+check(
+    f"a ring that hovers is not the edge of the contact: {1e9 * found[0]:.0f} nm",
+    abs(found[0] - radius) < 0.5 * width,
+)
 
 fabricate("late", snapshot_at=200)
 status, text, answer = run("late")
@@ -386,11 +394,17 @@ check(
     "no snapshot at the largest depth: a sentence",
     status == 0 and "the snapshot nearest to the largest depth is at" in text and answer["pile_up"] is None,
 )
-fabricate("springs_back", curve=(np.r_[inward(400)[0], inward(400)[0][::-1][1:]], np.r_[inward(400)[1], inward(400)[1][::-1][1:]]))
+fabricate(
+    "springs_back",
+    curve=(np.r_[inward(400)[0], inward(400)[0][::-1][1:]], np.r_[inward(400)[1], inward(400)[1][::-1][1:]]),
+)
 rows = (WORK / "springs_back/energy.dat").read_text().splitlines()
 most = max(float(row.split()[2]) for row in rows[3:])
 (WORK / "springs_back/energy.dat").write_text(
-    "\n".join(rows[:3] + [" ".join([row.split()[0], f"{0.001 * most:.16e}", *row.split()[2:]]) for row in rows[3:]]) + "\n"
+    "\n".join(
+        rows[:3] + [" ".join([row.split()[0], f"{0.001 * most:.16e}", *row.split()[2:]]) for row in rows[3:]]
+    )
+    + "\n"
 )
 status, text, answer = run("springs_back")
 check(
@@ -407,7 +421,9 @@ check(
 
 fabricate("two", tools=("cone", "other"))
 status, text, _ = run("two")
-check("two tools: which is asked", status == 2 and "TOOL=cone or TOOL=other" in text and text.count("\n") == 1)
+check(
+    "two tools: which is asked", status == 2 and "TOOL=cone or TOOL=other" in text and text.count("\n") == 1
+)
 status, text, answer = run("two", "--tool", "other")
 check(
     "two tools: the one said",
@@ -416,7 +432,9 @@ check(
 check("a tool that is not there", run("two", "--tool", "third")[0] == 2)
 fabricate("air", curve=(np.linspace(0, 1e-7, 50) - 2e-7, np.zeros(50)))
 status, text, _ = run("air")
-check("never touches: a sentence, status 2", status == 2 and "never touches" in text and text.count("\n") == 1)
+check(
+    "never touches: a sentence, status 2", status == 2 and "never touches" in text and text.count("\n") == 1
+)
 broken = fabricate("broken")
 history = broken / "tool_cone.dat"
 history.write_text(history.read_text().replace(history.read_text().splitlines()[100].split()[4], "NaN"))

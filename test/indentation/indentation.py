@@ -1,16 +1,20 @@
 #!/usr/bin/env python3
-"""Press the shipped tools into the references' cylinder on several grids and set the load beside finite elements.
+"""Press the shipped tools into the references' cylinder on several grids and set the load beside finite
+elements.
 
-usage: indentation.py WORK GIMP3D RANKS TOOL=CELLS,CELLS,... [TOOL=...] [--bound TOOL=PERCENT ...] [--falling TOOL ...] [--area TOOL=PERCENT ...]
+usage: indentation.py WORK GIMP3D RANKS TOOL=CELLS,CELLS,... [TOOL=...] [--bound TOOL=PERCENT ...] [--falling
+TOOL ...] [--area TOOL=PERCENT ...]
 
-TOOL is sphere, cone or flat: the scenes input/sphere.nml, input/cone_cylinder.nml, input/flat_cylinder.nml; flat8 is flat with 8
-particles a cell instead of 1. CELLS is the number of cells along the cylinder's radius and height of 20 um. Per grid and depth the
-load is a straight line fitted to the run's load within 2 % of the depth range on both sides; the reference is the finest file in test/references/fem.
+TOOL is sphere, cone or flat: the scenes input/sphere.nml, input/cone_cylinder.nml, input/flat_cylinder.nml;
+flat8 is flat with 8 particles a cell instead of 1. CELLS is the number of cells along the cylinder's radius
+and height of 20 um. Per grid and depth the load is a straight line fitted to the run's load within 2 % of the
+depth range on both sides; the reference is the finest file in test/references/fem.
 --bound   the mean of |error| over the second half of the depth range on the finest grid must be below this
 --falling and must fall with every finer grid
---area    the mean of contact_area over the reference's, second half of the depth range, finest grid, must be within this of 1
-Always: kinetic energy below 1 % of the tool's work over the second half of the depth range, and overlap below 0.01 cells.
-"""
+--area    the mean of contact_area over the reference's, second half of the depth range, finest grid, must be
+within this of 1 Always: kinetic energy below 1 % of the tool's work over the second half of the depth range,
+and overlap below 0.01 cells."""
+
 import argparse
 import pathlib
 import re
@@ -19,10 +23,14 @@ import sys
 import numpy as np
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-SCENES = {'sphere': ('sphere', 'sphere', 'sphere_hypo_h0.1.csv'), 'cone': ('cone_cylinder', 'cone', 'cone_hypo_h0.05.csv'),
-          'flat': ('flat_cylinder', 'flat', 'flat_hypo_h0.05.csv'), 'flat8': ('flat_cylinder', 'flat', 'flat_hypo_h0.05.csv')}
+SCENES = {
+    'sphere': ('sphere', 'sphere', 'sphere_hypo_h0.1.csv'),
+    'cone': ('cone_cylinder', 'cone', 'cone_hypo_h0.05.csv'),
+    'flat': ('flat_cylinder', 'flat', 'flat_hypo_h0.05.csv'),
+    'flat8': ('flat_cylinder', 'flat', 'flat_hypo_h0.05.csv'),
+}
 RADIUS = 20e-6  # m, of the cylinder, and its height
-SMOOTH = 0.02   # share of the depth range on either side that a load is fitted over
+SMOOTH = 0.02  # share of the depth range on either side that a load is fitted over
 
 
 def table(path):
@@ -39,32 +47,41 @@ def table(path):
 
 def half_space(tool, depth, young=70e9, poisson=0.33):
     """Load (N) of the half-space theory at a depth (m): Hertz, Sneddon, flat punch."""
-    modulus = young/(1 - poisson**2)
-    return {'sphere': 4/3*modulus*np.sqrt(10e-6)*depth**1.5,
-            'cone': 2/np.pi*modulus*np.tan(np.radians(70.3))*depth**2,
-            'flat': 2*2e-6*modulus*depth}[tool.rstrip('8')]
+    modulus = young / (1 - poisson**2)
+    return {
+        'sphere': 4 / 3 * modulus * np.sqrt(10e-6) * depth**1.5,
+        'cone': 2 / np.pi * modulus * np.tan(np.radians(70.3)) * depth**2,
+        'flat': 2 * 2e-6 * modulus * depth,
+    }[tool.rstrip('8')]
 
 
 def run(tool, cells, work, gimp3d, ranks):
     """Run one grid; depths (m), loads (N) and contact areas (m2) of the whole body, and facts."""
     scene, name, _ = SCENES[tool]
-    cell = RADIUS/cells
-    out = work/f'{tool}_{cells}'
-    text = (ROOT/'input'/f'{scene}.nml').read_text()
+    cell = RADIUS / cells
+    out = work / f'{tool}_{cells}'
+    text = (ROOT / 'input' / f'{scene}.nml').read_text()
     text = re.sub(r'cell_size=\S+,', f'cell_size={cell!r},', text)
-    text = re.sub(r"upper=20.5e-6,20.5e-6,21e-6", f'upper={cell*(cells + 1)!r},{cell*(cells + 1)!r},{cell*(cells + 2)!r}', text)
+    text = re.sub(
+        r"upper=20.5e-6,20.5e-6,21e-6",
+        f'upper={cell * (cells + 1)!r},{cell * (cells + 1)!r},{cell * (cells + 2)!r}',
+        text,
+    )
     if tool == 'flat8':
         text = text.replace('particles_per_cell=1', 'particles_per_cell=8')
     text = re.sub(r'&output.*/', f"&output directory='{out}', formats='none' /", text)
     log = subprocess.run(['mpirun', '-n', str(ranks), gimp3d], input=text, capture_output=True, text=True)
     if log.returncode != 0:
-        sys.exit(f'{tool} on {cells} cells ended with status {log.returncode}:\n{log.stdout[-2000:]}{log.stderr[-500:]}')
-    history, share = table(out/f'tool_{name}.dat')
-    energy, _ = table(out/'energy.dat')
-    depth, load, area = history[:, 1], history[:, 4]/share, history[:, 5]/share
-    late = np.searchsorted(depth, 0.5*depth[-1])
-    kinetic = np.max(energy[late:, 1]/energy[late:, 5])
-    overlap = history[:, 6].max()/cell
+        sys.exit(
+            f'{tool} on {cells} cells ended with status '
+            f'{log.returncode}:\n{log.stdout[-2000:]}{log.stderr[-500:]}'
+        )
+    history, share = table(out / f'tool_{name}.dat')
+    energy, _ = table(out / 'energy.dat')
+    depth, load, area = history[:, 1], history[:, 4] / share, history[:, 5] / share
+    late = np.searchsorted(depth, 0.5 * depth[-1])
+    kinetic = np.max(energy[late:, 1] / energy[late:, 5])
+    overlap = history[:, 6].max() / cell
     seconds = float(re.search(r'^all +\S+ +(\S+)', log.stdout, re.M).group(1))
     particles = int(re.search(r'^particles +(\d+)', log.stdout, re.M).group(1))
     return depth, load, area, dict(kinetic=kinetic, overlap=overlap, seconds=seconds, particles=particles)
@@ -72,7 +89,7 @@ def run(tool, cells, work, gimp3d, ranks):
 
 def at_depths(depth, load, wanted):
     """Load at the wanted depths: straight lines fitted around each."""
-    reach = SMOOTH*wanted[-1]
+    reach = SMOOTH * wanted[-1]
     values = []
     for d in wanted:
         near = abs(depth - d) <= reach
@@ -83,41 +100,74 @@ def at_depths(depth, load, wanted):
 
 def study(tool, grids, args):
     """One tool on all its grids; the list of faults."""
-    reference = np.loadtxt(ROOT/'test/references/fem'/SCENES[tool][2], delimiter=',', comments='#', usecols=(0, 1, 2), skiprows=3)
-    wanted, exact, exact_area = reference[:, 0]*1e-6, reference[:, 1]*1e-6, np.pi*(reference[:, 2]*1e-6)**2
-    late = wanted > 0.5*wanted[-1]*(1 - 1e-9)
+    reference = np.loadtxt(
+        ROOT / 'test/references/fem' / SCENES[tool][2],
+        delimiter=',',
+        comments='#',
+        usecols=(0, 1, 2),
+        skiprows=3,
+    )
+    wanted, exact, exact_area = (
+        reference[:, 0] * 1e-6,
+        reference[:, 1] * 1e-6,
+        np.pi * (reference[:, 2] * 1e-6) ** 2,
+    )
+    late = wanted > 0.5 * wanted[-1] * (1 - 1e-9)
     errors, faults, columns, areas = [], [], [], []
     for cells in grids:
         depth, load, area, facts = run(tool, cells, args.work, args.gimp3d, args.ranks)
-        error = 100*(at_depths(depth, load, wanted)/exact - 1)
+        error = 100 * (at_depths(depth, load, wanted) / exact - 1)
         errors.append(np.mean(abs(error[late])))
         columns.append(error)
-        areas.append(100*(at_depths(depth, area, wanted)/exact_area - 1))
+        areas.append(100 * (at_depths(depth, area, wanted) / exact_area - 1))
         area_error = np.mean(areas[-1][late])
-        print(f'{tool} cell {RADIUS/cells*1e9:.0f} nm: {facts["particles"]} particles, {facts["seconds"]:.1f} s; mean |error| '
-              f'{errors[-1]:.2f} %, largest {abs(error[late]).max():.2f} % over the second half; kinetic/work at most '
-              f'{100*facts["kinetic"]:.2f} %, overlap at most {facts["overlap"]:.1e} cells; contact area {area_error:+.1f} % in the mean', flush=True)
+        print(
+            f'{tool} cell {RADIUS / cells * 1e9:.0f} nm: {facts["particles"]} particles, '
+            f'{facts["seconds"]:.1f} s; mean |error| '
+            f'{errors[-1]:.2f} %, largest {abs(error[late]).max():.2f} % over the second half; kinetic/work '
+            'at most '
+            f'{100 * facts["kinetic"]:.2f} %, overlap at most {facts["overlap"]:.1e} cells; contact area '
+            f'{area_error:+.1f} % in the mean',
+            flush=True,
+        )
         if not facts['kinetic'] < 0.01:
-            faults.append(f'{tool} {cells}: kinetic energy {100*facts["kinetic"]:.2f} % of the work, must be below 1 %')
+            faults.append(
+                f'{tool} {cells}: kinetic energy {100 * facts["kinetic"]:.2f} % of the work, must be below 1 '
+                '%'
+            )
         if not facts['overlap'] < 0.01:
             faults.append(f'{tool} {cells}: overlap {facts["overlap"]:.2e} cells, must be below 0.01')
-    print(f'{tool}: depth [um], finite elements [mN], half-space theory [% off], run [% off] on cells of '
-          + ', '.join(f'{RADIUS/cells*1e9:.0f} nm' for cells in grids) + '; the same of the contact area')
+    print(
+        f'{tool}: depth [um], finite elements [mN], half-space theory [% off], run [% off] on cells of '
+        + ', '.join(f'{RADIUS / cells * 1e9:.0f} nm' for cells in grids)
+        + '; the same of the contact area'
+    )
     for i in range(len(wanted)):
-        theory = 100*(half_space(tool, wanted[i])/exact[i] - 1)
-        print(f'  {wanted[i]*1e6:7.4f} {exact[i]*1e3:10.4f} {theory:+8.2f} ' + ' '.join(f'{c[i]:+8.2f}' for c in columns) + ';'
-              + ' '.join(f'{a[i]:+8.1f}' for a in areas))
+        theory = 100 * (half_space(tool, wanted[i]) / exact[i] - 1)
+        print(
+            f'  {wanted[i] * 1e6:7.4f} {exact[i] * 1e3:10.4f} {theory:+8.2f} '
+            + ' '.join(f'{c[i]:+8.2f}' for c in columns)
+            + ';'
+            + ' '.join(f'{a[i]:+8.1f}' for a in areas)
+        )
     if tool in args.bound and not errors[-1] < args.bound[tool]:
-        faults.append(f'{tool}: mean |error| {errors[-1]:.2f} % on the finest grid, must be below {args.bound[tool]} %')
+        faults.append(
+            f'{tool}: mean |error| {errors[-1]:.2f} % on the finest grid, must be below {args.bound[tool]} %'
+        )
     if tool in args.area and not abs(area_error) < args.area[tool]:
-        faults.append(f'{tool}: mean contact area {area_error:+.1f} % off on the finest grid, must be within {args.area[tool]} %')
+        faults.append(
+            f'{tool}: mean contact area {area_error:+.1f} % off on the finest grid, must be within '
+            f'{args.area[tool]} %'
+        )
     if tool in args.falling and not all(b < a for a, b in zip(errors, errors[1:])):
         faults.append(f'{tool}: the error does not fall with every finer grid: {errors}')
     return faults
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument('work', type=pathlib.Path)
     parser.add_argument('gimp3d')
     parser.add_argument('ranks', type=int)
@@ -126,7 +176,10 @@ def main():
     parser.add_argument('--area', nargs='*', default=[])
     parser.add_argument('--falling', nargs='*', default=[])
     args = parser.parse_args()
-    args.bound, args.area = ({tool: float(value) for tool, value in (word.split('=') for word in words)} for words in (args.bound, args.area))
+    args.bound, args.area = (
+        {tool: float(value) for tool, value in (word.split('=') for word in words)}
+        for words in (args.bound, args.area)
+    )
     faults = []
     for word in args.study:
         tool, grids = word.split('=')

@@ -1,12 +1,13 @@
-"""hardness.json of a cone of 70.3 degrees in perfectly plastic material (E/Y = 100, nu = 0.3) beside finite elements.
+"""hardness.json of a cone of 70.3 degrees in perfectly plastic material (E/Y = 100, nu = 0.3) beside finite
+elements.
 
 usage: indenter.py FILE CURVATURE STIFFNESS WORK AREA
        the four: how far off they may be, in per cent but the work ratio, which is absolute
 
-The finite elements: data/FEM_70deg.csv of https://github.com/lululxvi/deep-learning-for-indentation (Apache-2.0; Lu
-et al., PNAS 117 (2020) 7052), E = 10 GPa, Y = 0.1 GPa, n = 0: C/Y = 70.0, S/(E' h) = 6.258, plastic over total work
-0.831. Its steps make S uncertain by 3 %. The area from S = 1.1957 E' sqrt(A) (Dao et al., Acta Mater. 49 (2001) 3899).
-"""
+The finite elements: data/FEM_70deg.csv of https://github.com/lululxvi/deep-learning-for-indentation
+(Apache-2.0; Lu et al., PNAS 117 (2020) 7052), E = 10 GPa, Y = 0.1 GPa, n = 0: C/Y = 70.0, S/(E' h) = 6.258,
+plastic over total work 0.831. Its steps make S uncertain by 3 %. The area from S = 1.1957 E' sqrt(A) (Dao et
+al., Acta Mater. 49 (2001) 3899)."""
 
 import json
 import sys
@@ -22,7 +23,8 @@ def check(what, value, wanted, bound):
     global faults
     holds = abs(value - wanted) <= bound
     print(
-        f"{'ok     ' if holds else 'FAILED '} {what}: {value:.4g}, finite elements {wanted:.4g}, within {bound:.2g}"
+        f"{'ok     ' if holds else 'FAILED '} {what}: {value:.4g}, finite elements {wanted:.4g}, within "
+        f"{bound:.2g}"
     )
     faults += not holds
 

@@ -50,7 +50,9 @@ for name, case in tomllib.loads((ROOT / "test/references/oliver_pharr.toml").rea
     for quantity, value in found.items():
         if quantity in case:
             digits = -math.log10(abs(value / case[quantity] - 1) + 1e-16)
-            print(f"   {name} {quantity}: {value:.9e}, the instrument {case[quantity]:.9e}, {digits:.1f} digits")
+            print(
+                f"   {name} {quantity}: {value:.9e}, the instrument {case[quantity]:.9e}, {digits:.1f} digits"
+            )
             check(f"{name}: {quantity} to the digits", near(value, case[quantity], 2e-6))
     wrong = op.contact_depth(case["depth"], case["load"], case["stiffness"], 0.72)
     check(
@@ -93,7 +95,10 @@ check(
     and near(op.ideal_area("sphere", radius=2.0)(3.0), 4 * math.pi)
     and near(op.ideal_area("flat", radius=2.0)(0.1), 4 * math.pi),
 )
-rounded, sharp = op.ideal_area("cone", half_angle=70.3, tip_radius=1e-7), op.ideal_area("cone", half_angle=70.3)
+rounded, sharp = (
+    op.ideal_area("cone", half_angle=70.3, tip_radius=1e-7),
+    op.ideal_area("cone", half_angle=70.3),
+)
 touch = 1e-7 * (1 - math.sin(math.radians(70.3)))
 check(
     "ideal areas: a rounded cone goes over smoothly, and is the sharp one moved",
@@ -102,14 +107,19 @@ check(
 )
 check("ideal areas: a wedge has none", op.ideal_area("wedge", half_angle=70.3) is None)
 
-# Finite elements of a cone of 70.3 degrees, nu = 0.3 (Lu et al., PNAS 117 (2020) 7052): C/Y, S/(E'h); the area from
+# Finite elements of a cone of 70.3 degrees, nu = 0.3 (Lu et al., PNAS 117 (2020) 7052): C/Y, S/(E'h); the
+# area from
 # S = 1.1957 E' sqrt(A) (Dao et al., Acta Mater. 49 (2001) 3899)
-for ratio, hard, stiff, h_wrong, e_wrong in ((700, 97.45, 7.298, 0.56, 0.28), (100, 70.00, 6.258, 0.31, 0.17)):
+for ratio, hard, stiff, h_wrong, e_wrong in (
+    (700, 97.45, 7.298, 0.56, 0.28),
+    (100, 70.00, 6.258, 0.31, 0.17),
+):
     modulus = ratio / 0.91
     area = 24.5 * op.contact_depth(1.0, hard, stiff * modulus, 0.75) ** 2
     true = (stiff / 1.1957) ** 2
     check(
-        f"pile-up, E/Y = {ratio}: hardness {100 * h_wrong:.0f} % too high", abs(true / area - 1 - h_wrong) < 0.015
+        f"pile-up, E/Y = {ratio}: hardness {100 * h_wrong:.0f} % too high",
+        abs(true / area - 1 - h_wrong) < 0.015,
     )
     check(
         f"pile-up, E/Y = {ratio}: modulus {100 * e_wrong:.0f} % too high",
@@ -157,7 +167,9 @@ def curve(noise=0.0, seed=0, hold=0, to=0.0, rows=250, together=1):
     back = np.linspace(deepest, final + (deepest - final) * to, rows)[1:]
     inward = np.linspace(0, deepest, 500)
     depth = np.r_[inward, [deepest] * hold, back]
-    load = np.r_[top * (inward / deepest) ** 2, [top] * hold, factor * np.maximum(back - final, 0) ** exponent]
+    load = np.r_[
+        top * (inward / deepest) ** 2, [top] * hold, factor * np.maximum(back - final, 0) ** exponent
+    ]
     white = np.random.default_rng(seed).normal(size=depth.size + together - 1)
     return depth, load + noise * top * np.convolve(white, np.ones(together) / math.sqrt(together), "valid")
 
@@ -175,13 +187,16 @@ for label, options in (("", {}), (", after a hold", {"hold": 40}), (", partial",
         f"without noise all comes back{label}",
         all(near(result.values[key], value, 1e-6) for key, value in exact.items()),
     )
-    check(f"without noise the uncertainty is next to none{label}", result.sigma["stiffness"] < 1e-6 * stiffness)
+    check(
+        f"without noise the uncertainty is next to none{label}", result.sigma["stiffness"] < 1e-6 * stiffness
+    )
     values, sigma = op.work(depth, load, unloading, result.fit)
     back = factor * (deepest - final) ** (exponent + 1) / (exponent + 1)
     check(f"work ratio{label}", abs(values["work_ratio"] - (1 - back / (top * deepest / 3))) < 2e-4)
     c, c_sigma, power, _ = op.loading_curvature(depth, load, unloading.start)
     check(
-        f"loading curvature{label}", near(c, top / deepest**2, 1e-9) and near(power, 2, 1e-6) and c_sigma < 1e-9 * c
+        f"loading curvature{label}",
+        near(c, top / deepest**2, 1e-9) and near(power, 2, 1e-6) and c_sigma < 1e-9 * c,
     )
 check(
     "a given epsilon is used",
@@ -212,14 +227,22 @@ for label, options in (("", {}), (", after a hold", {"hold": 40}), (", running m
 
 # A curve that no such power law fits: the windows must say so
 depth, load = curve()
-bent = load + 0.03 * top * np.sin(2 * math.pi * (depth - final) / (deepest - final)) * (np.arange(depth.size) > 499)
+bent = load + 0.03 * top * np.sin(2 * math.pi * (depth - final) / (deepest - final)) * (
+    np.arange(depth.size) > 499
+)
 result, _ = analyse(depth, bent)
 check("a curve of another form gets a larger uncertainty", result.sigma["stiffness"] > 0.02 * stiffness)
 
 # ---- segments and what is refused ----
 
 steps = np.concatenate(
-    [np.linspace(0, 1, 50), np.linspace(1, 0.9, 30), np.linspace(0.9, 2, 50), [2.0] * 20, np.linspace(2, 1.8, 30)]
+    [
+        np.linspace(0, 1, 50),
+        np.linspace(1, 0.9, 30),
+        np.linspace(0.9, 2, 50),
+        [2.0] * 20,
+        np.linspace(2, 1.8, 30),
+    ]
 )
 found = op.find_unloadings(steps)
 check(
@@ -228,7 +251,8 @@ check(
 )
 check(
     "a small way back is none",
-    op.find_unloadings(np.r_[np.linspace(0, 1, 50), np.linspace(1, 0.998, 10), np.linspace(0.998, 2, 50)]) == [],
+    op.find_unloadings(np.r_[np.linspace(0, 1, 50), np.linspace(1, 0.998, 10), np.linspace(0.998, 2, 50)])
+    == [],
 )
 check("a tool above the surface has none", op.find_unloadings(-1 - np.abs(np.linspace(-1, 1, 99))) == [])
 check("too few rows", refused("rows between 20 and 98 % of its load", lambda: analyse(*curve(rows=9))))

@@ -1,14 +1,15 @@
 """The commands of a tutorial, taken from the document itself.
 
-usage: tutorial.py list DOCUMENT             every command, one a line
-       tutorial.py check ROOT DOCUMENT       no run is made: names, options and files of every command; cheap commands are done
-       tutorial.py run DOCUMENT [LIMIT]      every command in order, in the current directory; what it prints beside the document
+usage: tutorial.py list DOCUMENT             every command, one a line tutorial.py check ROOT DOCUMENT
+       no run is made: names, options and files of every command; cheap commands are done tutorial.py run
+       DOCUMENT [LIMIT]      every command in order, in the current directory; what it prints beside the
+       document
 
-A command is a line of a block ```sh (a line that ends with a backslash goes on; a comment is none). What a block prints is the block
-```text that follows, if one does: a line `...` in it stands for any lines. Words must be equal. Numbers must be within 5 %, or
-within half a unit of their last digit; not compared, but to be there, are uncertainties and shares (after +-, before %), and the
-times of machines (before s, min). `run` fails where a command's status is not 0, or what it printed is not what the document has.
-"""
+A command is a line of a block ```sh (a line that ends with a backslash goes on; a comment is none). What a
+block prints is the block ```text that follows, if one does: a line `...` in it stands for any lines. Words
+must be equal. Numbers must be within 5 %, or within half a unit of their last digit; not compared, but to be
+there, are uncertainties and shares (after +-, before %), and the times of machines (before s, min). `run`
+fails where a command's status is not 0, or what it printed is not what the document has."""
 
 import re
 import shlex
@@ -106,7 +107,11 @@ def run(document, limit):
         for command in commands:
             start = time.monotonic()
             done = subprocess.run(
-                ["bash", "-c", command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, stdin=subprocess.DEVNULL
+                ["bash", "-c", command],
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+                stdin=subprocess.DEVNULL,
             )
             print(f"{time.monotonic() - start:7.1f} s  {command}", flush=True)
             if done.returncode:
@@ -129,11 +134,16 @@ def run(document, limit):
 
 def options_of(root):
     """All options --name that the scripts of post/ know."""
-    return {name for path in (root / "post").glob("*.py") for name in re.findall(r'add_argument\(\s*"(--[\w-]+)"', path.read_text())}
+    return {
+        name
+        for path in (root / "post").glob("*.py")
+        for name in re.findall(r'add_argument\(\s*"(--[\w-]+)"', path.read_text())
+    }
 
 
 def check(root, document):
-    """Every command but those that take time is done in the current directory; of the others everything is looked at that can be wrong."""
+    """Every command but those that take time is done in the current directory; of the others everything is
+    looked at that can be wrong."""
     makefile = (root / "Makefile").read_text()
     targets = set(re.findall(r"^## (\w+) ", makefile, re.M))
     variables, known = set(re.findall(r"\$\((\w+)[):]", makefile)), options_of(root)
@@ -163,7 +173,10 @@ def check(root, document):
             if not scene or not Path(scene[1]).is_file():
                 fault(f"the scene is not there: {command}")
                 continue
-            if any(word not in ("mpirun", "-n", "./gimp3d", "<", scene[1]) and not word.isdigit() for word in words):
+            if any(
+                word not in ("mpirun", "-n", "./gimp3d", "<", scene[1]) and not word.isdigit()
+                for word in words
+            ):
                 fault(f"what is more than a scene here: {command}")
             text = Path(scene[1]).read_text()
             runs.add(re.search(r"directory='([^']*)'", text)[1])

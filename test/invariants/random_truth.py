@@ -1,14 +1,17 @@
 #!/usr/bin/env python3
-"""Small scenes made by chance: what a run with status 0 says must obey the laws of mechanics, and not depend on how it is looked at.
+"""Small scenes made by chance: what a run with status 0 says must obey the laws of mechanics, and not depend
+on how it is looked at.
 
-usage: random_truth.py WORK PROGRAM COUNT [--first SEED] [--only TWIN] [--show SEED] [--jobs N] [--planted WHAT]
+usage: random_truth.py WORK PROGRAM COUNT [--first SEED] [--only TWIN] [--show SEED] [--jobs N] [--planted
+WHAT]
 
-Of every scene (scenes.py makes it from its seed): energy never from nothing, little lost without a cause, external work as booked and by
-the motion of the particles, mass, momentum of free bodies, the exact end of a rod. And a second run of it, which must say the same: its
-mirror image, the whole of a quarter, or two ranks. What a run itself warns of, with the size, is printed and
-is no failure within limits, but for energy from nothing. A scene that is refused (status 2) or ends with a numerical fault (status 3 and
-one sentence) is counted and printed, and is no failure. Scenes that fail stand in WORK/failed; `--show SEED` prints one.
-"""
+Of every scene (scenes.py makes it from its seed): energy never from nothing, little lost without a cause,
+external work as booked and by the motion of the particles, mass, momentum of free bodies, the exact end of a
+rod. And a second run of it, which must say the same: its mirror image, the whole of a quarter, or two ranks.
+What a run itself warns of, with the size, is printed and is no failure within limits, but for energy from
+nothing. A scene that is refused (status 2) or ends with a numerical fault (status 3 and one sentence) is
+counted and printed, and is no failure. Scenes that fail stand in WORK/failed; `--show SEED` prints one."""
+
 import argparse
 import collections
 import concurrent.futures
@@ -22,40 +25,48 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT/"post"), str(ROOT/"test/stability")]
+sys.path[:0] = [str(ROOT / "post"), str(ROOT / "test/stability")]
 from hard_case import surroundings
 from random_scenes import faults_on_disk
 from run_data import History, Unreadable
 from scenes import CELL, EDGE, Scene
 
-LIMIT = 60*(5 if os.environ.get("BUILD") == "debug" else 1)*float(os.environ.get("SLOWER", 1))  # s
+LIMIT = 60 * (5 if os.environ.get("BUILD") == "debug" else 1) * float(os.environ.get("SLOWER", 1))  # s
 
 # Bars, as shares of the largest energy or work of the run unless something else is said
-GAIN = 0.05        # energy from nothing
-LOSS = 0.10        # energy lost without a cause that the scene has asked for
-WORK = 0.05        # external work, of the largest external work where that is not small beside the energy
-SAID = {"work": 0.25, "loss": 0.5, "gain": 0.2} # the same where the summary warns of it; of energy from nothing only
-                   # 'usf', which has an error of first order in the time step, of either sign
-MOMENTUM = 1e-9    # of free bodies, of the largest momentum of mass and energy
-MASS = 1e-12       # relative
-ROD = 0.02         # end of a rod, of its way; and 0.0005 of its length
-SAME = 1e-6        # between twins, without contact
-SAME_CONTACT = 1e-3 # with contact, which is solved to a tolerance
-SAME_FACES = 0.02   # whole and quarter with domain='corners' and a tool at the planes: there the faces are narrowed in the
-                    # quarter and not in the whole (theory.md, eq. face-mean), and the two are not the same sum
-SAME_ON_NODES = 1e-5 # of cubes whose free faces begin on planes of nodes: by a rounding the node beyond has a hair of mass
-                    # or none, in the one step in which the face leaves the plane
-RATE_FORM = 0.4     # of the strain of a rod: 'elastic' has the energy of small strain (theory.md, Energy)
+GAIN = 0.05  # energy from nothing
+LOSS = 0.10  # energy lost without a cause that the scene has asked for
+WORK = 0.05  # external work, of the largest external work where that is not small beside the energy
+# the same where the summary warns of it; of energy from nothing only
+SAID = {"work": 0.25, "loss": 0.5, "gain": 0.2}
+# 'usf', which has an error of first order in the time step, of either sign
+MOMENTUM = 1e-9  # of free bodies, of the largest momentum of mass and energy
+MASS = 1e-12  # relative
+ROD = 0.02  # end of a rod, of its way; and 0.0005 of its length
+SAME = 1e-6  # between twins, without contact
+SAME_CONTACT = 1e-3  # with contact, which is solved to a tolerance
+# whole and quarter with domain='corners' and a tool at the planes: there the faces are narrowed in the
+SAME_FACES = 0.02
+# quarter and not in the whole (theory.md, eq. face-mean), and the two are not the same
+# sum
+# of cubes whose free faces begin on planes of nodes: by a rounding the node beyond has a hair of mass
+SAME_ON_NODES = 1e-5
+# or none, in the one step in which the face leaves the plane
+RATE_FORM = 0.4  # of the strain of a rod: 'elastic' has the energy of small strain (theory.md, Energy)
 
 # For the test of this test: what is done to a history before it is looked at
 PLANTED = {
-    "gain": ("energy", "kinetic", lambda rows, x: x + 0.2*np.abs(rows["external_work"]).max()*np.linspace(0, 1, len(x))),
-    "loss": ("energy", "damped", lambda rows, x: x - 0.3*np.abs(rows["external_work"]).max()),
-    "work": ("energy", "particle_work", lambda rows, x: 0.9*x),
-    "mass": ("energy", "mass", lambda rows, x: x*(1 + 1e-11*np.arange(len(x)))),
-    "momentum": ("energy", "momentum_x", lambda rows, x: x + 1e-5*rows["mass"]*np.arange(len(x))),
-    "rod": ("probe_end", "z", lambda rows, x: x[0] + 1.05*(x - x[0])),
-    "twin": ("energy", "strain", lambda rows, x: x*(1 + 2e-3)),
+    "gain": (
+        "energy",
+        "kinetic",
+        lambda rows, x: x + 0.2 * np.abs(rows["external_work"]).max() * np.linspace(0, 1, len(x)),
+    ),
+    "loss": ("energy", "damped", lambda rows, x: x - 0.3 * np.abs(rows["external_work"]).max()),
+    "work": ("energy", "particle_work", lambda rows, x: 0.9 * x),
+    "mass": ("energy", "mass", lambda rows, x: x * (1 + 1e-11 * np.arange(len(x)))),
+    "momentum": ("energy", "momentum_x", lambda rows, x: x + 1e-5 * rows["mass"] * np.arange(len(x))),
+    "rod": ("probe_end", "z", lambda rows, x: x[0] + 1.05 * (x - x[0])),
+    "twin": ("energy", "strain", lambda rows, x: x * (1 + 2e-3)),
 }
 
 
@@ -66,9 +77,13 @@ class Run:
         shutil.rmtree(out, ignore_errors=True)
         command = (["mpirun", "-n", str(ranks)] if ranks > 1 else []) + [program]
         self.out, self.faults = out, []
-        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment)
+        process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment
+        )
         try:
-            output, errors = process.communicate(scene.text().replace("'OUT'", f"'{out}'").encode(), timeout=LIMIT)
+            output, errors = process.communicate(
+                scene.text().replace("'OUT'", f"'{out}'").encode(), timeout=LIMIT
+            )
         except subprocess.TimeoutExpired:
             process.terminate()
             process.communicate()
@@ -77,16 +92,21 @@ class Run:
             return
         self.status = process.returncode
         self.warned = [line for line in output.decode().splitlines() if line.startswith("WARNING: ")]
-        sentences = [line[8:] for line in errors.decode(errors="replace").splitlines() if line.startswith("gimp3d: ")]
-        self.out_of_range = [line for line in output.decode().splitlines() if line.startswith("range  ")][-1:] # said in the summary too
+        sentences = [
+            line[8:] for line in errors.decode(errors="replace").splitlines() if line.startswith("gimp3d: ")
+        ]
+        # said in the summary too
+        self.out_of_range = [line for line in output.decode().splitlines() if line.startswith("range  ")][-1:]
         self.splits = b"domains: " in output and b"domains: 0 particles made" not in output
         self.sentence = sentences[-1] if sentences else ""
         if self.status not in (0, 2, 3) or (self.status != 0 and len(sentences) != 1):
-            self.faults = [f"status {self.status}, {len(sentences)} sentences: {errors.decode(errors='replace')[-300:]}"]
+            self.faults = [
+                f"status {self.status}, {len(sentences)} sentences: {errors.decode(errors='replace')[-300:]}"
+            ]
         self.faults += faults_on_disk(out, self.status)
 
     def history(self, name, planted=None):
-        rows = History(self.out/f"{name}.dat")
+        rows = History(self.out / f"{name}.dat")
         if planted and PLANTED[planted][0] == name:
             _, column, change = PLANTED[planted]
             rows.columns[column] = change(rows, rows[column])
@@ -101,32 +121,39 @@ def invariants(scene, run, planted):
     largest = np.max([np.abs(work).max(), np.abs(damped).max(), energy.max()])
     if not largest > 0:
         return [], [], {}
-    excess = (energy - energy[0] - work + damped)/largest
+    excess = (energy - energy[0] - work + damped) / largest
     figures = {"gain": excess.max(), "loss": -excess.min()}
     scale = max(np.abs(work).max(), np.abs(rows["particle_work"]).max())
-    figures["work"] = np.abs(work - rows["particle_work"]).max()/max(scale, 0.2*largest)
-    figures["mass"] = np.abs(rows["mass"]/rows["mass"][0] - 1).max()
+    figures["work"] = np.abs(work - rows["particle_work"]).max() / max(scale, 0.2 * largest)
+    figures["mass"] = np.abs(rows["mass"] / rows["mass"][0] - 1).max()
     bars = {"gain": GAIN, "loss": LOSS, "work": WORK, "mass": MASS}
-    if scene.flip < 1 or scene.transfer == "plain" or any("loads" in tool for tool in scene.tools): # PIC; tools that bounce
+    # PIC; tools that bounce
+    if scene.flip < 1 or scene.transfer == "plain" or any("loads" in tool for tool in scene.tools):
         del bars["loss"]
     if scene.family == "free":
         momentum = np.stack([rows[f"momentum_{a}"] for a in "xyz"], axis=1)
-        push = np.outer(rows["time"] - rows["time"][0], scene.gravity or [0, 0, 0])*rows["mass"][0]
-        figures["momentum"] = np.abs(momentum - momentum[0] - push).max()/np.sqrt(2*rows["mass"][0]*largest)
+        push = np.outer(rows["time"] - rows["time"][0], scene.gravity or [0, 0, 0]) * rows["mass"][0]
+        figures["momentum"] = np.abs(momentum - momentum[0] - push).max() / np.sqrt(
+            2 * rows["mass"][0] * largest
+        )
         bars["momentum"] = MOMENTUM
     if scene.exact_end is not None:
         end = run.history("probe_end", planted)
         length = scene.bodies[0]["upper"][2]
-        # the probe follows the lower half of a particle that is split: where in the undeformed rod that may be
-        half = 0.5*EDGE[scene.per_cell]*CELL/(2 if scene.levels else 1) # the level reaches beyond the end
+        # the probe follows the lower half of a particle that is split, wherever that is in the rod;
+        # the level reaches beyond the end
+        half = 0.5 * EDGE[scene.per_cell] * CELL / (2 if scene.levels else 1)
         splits = (0, 1, 2) if run.splits else (0,)
-        places = [end["z"][0] - half*(1 - 0.5**m) for m in splits]
-        figures["rod"] = min(abs((end["z"][-1] - place)/(place/length*scene.exact_end) - 1) for place in places)
-        bars["gain"] = GAIN + RATE_FORM*abs(scene.strain)
+        places = [end["z"][0] - half * (1 - 0.5**m) for m in splits]
+        figures["rod"] = min(
+            abs((end["z"][-1] - place) / (place / length * scene.exact_end) - 1) for place in places
+        )
+        bars["gain"] = GAIN + RATE_FORM * abs(scene.strain)
         if "loss" in bars:
-            bars["loss"] = LOSS + RATE_FORM*abs(scene.strain)
-        bars["rod"] = ROD + 5e-4*length/abs(scene.exact_end)
-    if run.out_of_range: # the program says itself that ends and works may be off; not that energy comes from nothing
+            bars["loss"] = LOSS + RATE_FORM * abs(scene.strain)
+        bars["rod"] = ROD + 5e-4 * length / abs(scene.exact_end)
+    # the program says itself that ends and works may be off; not that energy comes from nothing
+    if run.out_of_range:
         bars = {name: bar for name, bar in bars.items() if name not in ("rod", "work", "loss")}
     wrong, said = [], []
     for name, bar in bars.items():
@@ -154,25 +181,26 @@ def same(scene, kind):
 
 
 def apart(run, twin, factor=1, mirrored=False, planted=None):
-    """The same scene seen otherwise: the furthest that a sum at any time is from what it must be, relative."""
+    """The same scene seen otherwise: the furthest that a sum at any time is from what it must be,
+    relative."""
     one, other = run.history("energy"), twin.history("energy", planted if planted == "twin" else None)
     if one.rows != other.rows:
         return np.inf
     names = ["kinetic", "strain", "plastic", "damped", "external_work", "particle_work"]
     largest = max(np.finfo(float).tiny, *(np.abs(one[name]).max() for name in names[:5]))
-    far = max(np.abs(factor*one[name] - other[name]).max()/(factor*largest) for name in names)
+    far = max(np.abs(factor * one[name] - other[name]).max() / (factor * largest) for name in names)
     if factor == 1:
-        scale = np.sqrt(2*one["mass"][0]*largest)
+        scale = np.sqrt(2 * one["mass"][0] * largest)
         for a in "xyz":
             sign = -1 if mirrored and a == "x" else 1
-            far = max(far, np.abs(sign*one[f"momentum_{a}"] - other[f"momentum_{a}"]).max()/scale)
+            far = max(far, np.abs(sign * one[f"momentum_{a}"] - other[f"momentum_{a}"]).max() / scale)
     return far
 
 
 def try_seed(seed, program, work, environment, only, planted):
     """Run a scene and its twin: status, failures, figures, what else is to be said."""
     scene = Scene(seed)
-    out = work/f"out_{seed}"
+    out = work / f"out_{seed}"
     run = Run(program, scene, 1, out, environment)
     wrong, figures, notes = list(run.faults), {}, []
     if run.sentence:
@@ -186,7 +214,7 @@ def try_seed(seed, program, work, environment, only, planted):
         if kind == "whole" and not scene.quarter:
             kind = "mirrored"
         twin = scene.mirrored() if kind == "mirrored" else scene.whole() if kind == "whole" else scene
-        other = Run(program, twin, 2 if kind == "2 ranks" else 1, work/f"twin_{seed}", environment)
+        other = Run(program, twin, 2 if kind == "2 ranks" else 1, work / f"twin_{seed}", environment)
         if other.status != 0 or other.faults:
             wrong.append(f"{kind}: status {other.status}: {other.sentence} {other.faults}")
         else:
@@ -199,7 +227,9 @@ def try_seed(seed, program, work, environment, only, planted):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("work", type=Path)
     parser.add_argument("program")
     parser.add_argument("count", type=int)
@@ -220,30 +250,53 @@ def main():
         if not hasattr(local, "environment"):
             local.environment = surroundings() | {"OMPI_MCA_mpi_yield_when_idle": "1"}
         try:
-            return try_seed(seed, str(Path(args.program).resolve()), args.work.resolve(), local.environment, args.only, args.planted)
+            return try_seed(
+                seed,
+                str(Path(args.program).resolve()),
+                args.work.resolve(),
+                local.environment,
+                args.only,
+                args.planted,
+            )
         except Unreadable as error:
             return seed, Scene(seed), None, [str(error)], {}, []
 
     ends, wrong_ones, worst = collections.Counter(), [], {}
     with concurrent.futures.ThreadPoolExecutor(args.jobs) as pool:
-        for seed, scene, status, wrong, figures, notes in pool.map(attempt, range(args.first, args.first + args.count)):
+        for seed, scene, status, wrong, figures, notes in pool.map(
+            attempt, range(args.first, args.first + args.count)
+        ):
             ends[status] += 1
             for name, value in figures.items():
                 worst[name] = max(worst.get(name, (0.0, 0)), (float(value), seed))
             for note in notes:
                 print(f"   {seed} {scene.family}: {note[:230]}", flush=True)
             if args.verbose:
-                print(f"   {seed} {scene.family} {scene.law} {scene.domain} {scene.per_cell}: "
-                      + ", ".join(f"{name} {value:.2g}" for name, value in figures.items()), flush=True)
+                print(
+                    f"   {seed} {scene.family} {scene.law} {scene.domain} {scene.per_cell}: "
+                    + ", ".join(f"{name} {value:.2g}" for name, value in figures.items()),
+                    flush=True,
+                )
             for what in wrong:
-                print(f"FAILED: seed {seed} ({scene.family}, {scene.law}, {scene.domain}, {scene.per_cell} per cell): {what}", flush=True)
+                print(
+                    f"FAILED: seed {seed} ({scene.family}, {scene.law}, {scene.domain}, {scene.per_cell} per "
+                    f"cell): {what}",
+                    flush=True,
+                )
             if wrong:
                 wrong_ones.append(seed)
-                (args.work/"failed").mkdir(exist_ok=True)
-                (args.work/f"failed/seed_{seed}.nml").write_text(scene.text())
-    print("largest figures: " + ", ".join(f"{name} {value:.3g} (seed {seed})" for name, (value, seed) in sorted(worst.items())))
-    print(f"{args.count} scenes: ended with " + ", ".join(f"{number} x {status}" for status, number in sorted(ends.items(), key=str))
-          + f"; {len(wrong_ones)} wrong" + (f": {wrong_ones}" if wrong_ones else ""))
+                (args.work / "failed").mkdir(exist_ok=True)
+                (args.work / f"failed/seed_{seed}.nml").write_text(scene.text())
+    print(
+        "largest figures: "
+        + ", ".join(f"{name} {value:.3g} (seed {seed})" for name, (value, seed) in sorted(worst.items()))
+    )
+    print(
+        f"{args.count} scenes: ended with "
+        + ", ".join(f"{number} x {status}" for status, number in sorted(ends.items(), key=str))
+        + f"; {len(wrong_ones)} wrong"
+        + (f": {wrong_ones}" if wrong_ones else "")
+    )
     sys.exit(1 if wrong_ones else 0)
 
 

@@ -2,6 +2,7 @@
 
 pvpython by_paraview.py DIRECTORY...   each as one number of ranks wrote it
 """
+
 import os
 import shutil
 import sys
@@ -72,7 +73,10 @@ def check_particles(reader, what):
         need(len(found) == 1, f"{what}: {len(found)} grids")
         grid, (count, position, ids, fields) = found[0], particles(step)
         data, at = grid.GetPointData(), f"{what}, step {step}"
-        need(grid.GetNumberOfPoints() == count == grid.GetNumberOfCells(), f"{at}: {grid.GetNumberOfPoints()} points")
+        need(
+            grid.GetNumberOfPoints() == count == grid.GetNumberOfCells(),
+            f"{at}: {grid.GetNumberOfPoints()} points",
+        )
         names = sorted(data.GetArrayName(n) for n in range(data.GetNumberOfArrays()))
         need(names == sorted(["id", *fields]), f"{at}: arrays {names}")
         order = numpy.argsort(array(data, "id", at))
@@ -83,7 +87,10 @@ def check_particles(reader, what):
             need_near(array(data, name, at)[order].reshape(count, -1), expected, f"{at}: {name}", 1e-13)
     information = reader.PointData["stress"]
     components = [information.GetComponentName(n) for n in range(information.GetNumberOfComponents())]
-    need(components == ["XX", "YY", "ZZ", "XY", "YZ", "XZ"], f"{what}: ParaView calls the components of the stress {components}")
+    need(
+        components == ["XX", "YY", "ZZ", "XY", "YZ", "XZ"],
+        f"{what}: ParaView calls the components of the stress {components}",
+    )
 
 
 def check_tensors(reader, what):
@@ -93,12 +100,21 @@ def check_tensors(reader, what):
     for name in "stress", "stress_recovered":
         values = in_file_order(name, fields[name])
         for n, part in enumerate(SYMMETRIC):
-            calculator = simple.Calculator(Input=reader, AttributeType="Point Data", ResultArrayName="it",
-                                           Function=f"{name}_{part.upper()}")
+            calculator = simple.Calculator(
+                Input=reader,
+                AttributeType="Point Data",
+                ResultArrayName="it",
+                Function=f"{name}_{part.upper()}",
+            )
             calculator.UpdatePipeline(time_of(step))
             data = grids(servermanager.Fetch(calculator))[0].GetPointData()
             order = numpy.argsort(array(data, "id", what))
-            need_near(array(data, "it", what)[order], values[:, n], f"{what}: {name}_{part.upper()} of the Calculator", 1e-13)
+            need_near(
+                array(data, "it", what)[order],
+                values[:, n],
+                f"{what}: {name}_{part.upper()} of the Calculator",
+                1e-13,
+            )
             simple.Delete(calculator)
 
 
@@ -108,7 +124,9 @@ def check_boxes(reader, what):
         found, expected = grids(servermanager.Fetch(reader)), levels(step)
         need(len(found) == len(expected), f"{what}: {len(found)} boxes")
         for grid, (number, lower, upper, cell, _) in zip(found, expected):
-            need_near(grid.GetBounds(), numpy.stack([lower, upper], axis=1).ravel(), f"{what}: box {number}", 1e-15)
+            need_near(
+                grid.GetBounds(), numpy.stack([lower, upper], axis=1).ravel(), f"{what}: box {number}", 1e-15
+            )
             need_near(array(grid.GetCellData(), "level", what), [number] * 12, f"{what}: level", 0)
             need_near(array(grid.GetCellData(), "cell_size", what), [cell] * 12, f"{what}: cell_size", 1e-15)
 
@@ -161,7 +179,10 @@ def main():
         expect(True, check_tensors, "open", f"{directory}/run/particles.xdmf")
         expect(True, check_tensors, "open", f"{directory}/run/particles.hdf.series")
     # what has been found wanting in one reader or another
-    for old, new in (('AttributeType="Matrix"', 'AttributeType="Tensor6"'), ("PointData/von_mises<", "PointData/density<")):
+    for old, new in (
+        ('AttributeType="Matrix"', 'AttributeType="Tensor6"'),
+        ("PointData/von_mises<", "PointData/density<"),
+    ):
         copy = plant(directories[0] / "run", old, new)
         expect(False, check_particles, "XDMFReader", f"{copy}/particles.xdmf")
         shutil.rmtree(copy.parent)

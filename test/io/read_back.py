@@ -1,7 +1,9 @@
-"""Read with other programs' readers what the tests of output wrote: numpy, h5py, and ParaView's own readers (vtk).
+"""Read with other programs' readers what the tests of output wrote: numpy, h5py, and ParaView's own readers
+(vtk).
 
-read_back.py DIRECTORY...   directories written on 1, 2, 4 ranks; the first one is read, the others must equal it
-"""
+read_back.py DIRECTORY...   directories written on 1, 2, 4 ranks; the first one is read, the others must equal
+it"""
+
 import json
 import os
 import shutil
@@ -19,7 +21,8 @@ from made_up import STEPS, in_file_order, levels, names_of, particles, time_of, 
 from run_data import Particles
 
 TECPLOT = ["X(m)", "Y(m)", "Z(m)", "id [-]"] + [
-    f"{part} [{unit_of(name) or '-'}]" for name in particles(0)[3] for part in names_of(name)]
+    f"{part} [{unit_of(name) or '-'}]" for name in particles(0)[3] for part in names_of(name)
+]
 
 
 class Wrong(Exception):
@@ -41,7 +44,9 @@ def need_equal(values, expected, what, tolerance=0.0):
     need(bool(numpy.all(good)), f"{what}: {numpy.count_nonzero(~good)} of {good.size} values differ")
 
 
-# ---- readers ----------------------------------------------------------------------------------------------------------------
+# ---- readers
+# ------------------------------------------------------------------------------------------------------------
+
 
 class Complaints:
     """VTK reports errors to an observer instead of returning them."""
@@ -109,22 +114,30 @@ def check_hdf5(path, step):
         need(file.attrs["time_unit"] == b"s" and file.attrs["step"] == step, f"{path}: step or unit of time")
         need(file.attrs["title"] == b'made-up <particles> & "quotes"', f"{path}: title")
         top = file["VTKHDF"]
-        need(list(top.attrs["Version"]) == [1, 0] and top.attrs["Type"] == b"UnstructuredGrid", f"{path}: version or type")
+        need(
+            list(top.attrs["Version"]) == [1, 0] and top.attrs["Type"] == b"UnstructuredGrid",
+            f"{path}: version or type",
+        )
         need_equal(top["NumberOfPoints"][()], [count], f"{path}: NumberOfPoints")
         need_equal(top["Points"][()], position, f"{path}: Points", 1e-15)
         need(top["Points"].dtype == numpy.float64 and top["Types"].dtype == numpy.uint8, f"{path}: kinds")
         need_equal(top["Connectivity"][()], numpy.arange(count), f"{path}: Connectivity")
         need_equal(top["Offsets"][()], numpy.arange(count + 1), f"{path}: Offsets")
         need_equal(top["PointData/id"][()], ids, f"{path}: id")
-        need(sorted(top["PointData"]) == sorted(["id", *fields]), f"{path}: fields {sorted(top['PointData'])}")
+        need(
+            sorted(top["PointData"]) == sorted(["id", *fields]), f"{path}: fields {sorted(top['PointData'])}"
+        )
         for name, values in fields.items():
             table = top["PointData"][name]
             need_equal(table[()].reshape(count, -1), in_file_order(name, values), f"{path}: {name}", 1e-13)
             need(table.attrs["unit"].decode() == (unit_of(name) or "1"), f"{path}: unit of {name}")
             parts = in_file_order(name, numpy.array([names_of(name)]))[0]
             need(table.attrs["components"].decode().split() == list(parts), f"{path}: components of {name}")
-        need(top["PointData/stress"].attrs["components"] == b"stress_xx stress_yy stress_zz stress_xy stress_yz stress_xz",
-             f"{path}: components of the stress")
+        need(
+            top["PointData/stress"].attrs["components"]
+            == b"stress_xx stress_yy stress_zz stress_xy stress_yz stress_xz",
+            f"{path}: components of the stress",
+        )
     whole = Particles(Path(path))
     for name, values in fields.items():
         if name == "stress_recovered":  # the plots have all tensors in one order
@@ -162,11 +175,20 @@ def check_tensors(path, step):
         grid = criteria.GetOutput()
         order = numpy.argsort(array(grid, "id", path))
         principal = numpy.stack([array(grid, f"{name} - Sigma {n}", path)[order] for n in (1, 2, 3)], axis=1)
-        expected = numpy.linalg.eigvalsh(in_file_order(name, fields[name])[:, [0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(-1, 3, 3))
+        expected = numpy.linalg.eigvalsh(
+            in_file_order(name, fields[name])[:, [0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(-1, 3, 3)
+        )
         scale = abs(expected).max(axis=1)[:, None]
-        need(bool(numpy.all(abs(numpy.sort(principal, axis=1) - expected) < 1e-10 * scale)), f"{path}: principal values of {name}")
-        need_equal(array(grid, f"{name} - Von Mises Criterion", path)[order],
-                   fields[name.replace("stress", "von_mises")].reshape(-1), f"{path}: von Mises stress of {name}", 1e-12)
+        need(
+            bool(numpy.all(abs(numpy.sort(principal, axis=1) - expected) < 1e-10 * scale)),
+            f"{path}: principal values of {name}",
+        )
+        need_equal(
+            array(grid, f"{name} - Von Mises Criterion", path)[order],
+            fields[name.replace("stress", "von_mises")].reshape(-1),
+            f"{path}: von Mises stress of {name}",
+            1e-12,
+        )
 
 
 def times_in(reader, path):
@@ -190,14 +212,20 @@ def check_xdmf(path):
         check_grid(vtk_grid(reader.GetOutputDataObject(0), path), step, f"{path} at step {step}")
     need(not complaints.text, f"{path}: {complaints.text[:1]}")
     with open(path, encoding="ascii") as file:
-        need("HyperSlab" not in file.read(), f"{path}: a column of a table, which ParaView's newer reader (vtkXdmf3Reader) leaves out")
+        need(
+            "HyperSlab" not in file.read(),
+            f"{path}: a column of a table, which ParaView's newer reader (vtkXdmf3Reader) leaves out",
+        )
 
 
 def check_series(path):
     """The snapshots with their times, as ParaView's readers of series take them (by_paraview.py lets it)."""
     with open(path, encoding="ascii") as file:
         series = json.load(file)
-    need(list(series) == ["file-series-version", "files"] and series["file-series-version"] == "1.0", f"{path}: {list(series)}")
+    need(
+        list(series) == ["file-series-version", "files"] and series["file-series-version"] == "1.0",
+        f"{path}: {list(series)}",
+    )
     files = [{"name": f"particles_{step:08d}.h5", "time": time_of(step)} for step in STEPS]
     need(series["files"] == files, f"{path}: {series['files']}")
 
@@ -213,14 +241,24 @@ def check_outlines(path):
         grids = vtk_grids(reader.GetOutputDataObject(0), what)
         need(len(grids) == 3, f"{what}: {len(grids)} boxes, expected 3")
         for grid, (number, lower, upper, cell, _) in zip(grids, levels(step)):
-            need_equal(grid.GetBounds(), numpy.stack([lower, upper], axis=1).ravel(), f"{what}: box {number}", 1e-15)
+            need_equal(
+                grid.GetBounds(), numpy.stack([lower, upper], axis=1).ravel(), f"{what}: box {number}", 1e-15
+            )
             need_equal(vtk_to_numpy(grid.GetCellData().GetArray("level")), [number] * 12, f"{what}: level")
-            need_equal(vtk_to_numpy(grid.GetCellData().GetArray("cell_size")), [cell] * 12, f"{what}: cell_size", 1e-15)
+            need_equal(
+                vtk_to_numpy(grid.GetCellData().GetArray("cell_size")),
+                [cell] * 12,
+                f"{what}: cell_size",
+                1e-15,
+            )
             lengths = []
             for n in range(12):
                 ends = [numpy.array(grid.GetPoint(grid.GetCell(n).GetPointId(i))) for i in (0, 1)]
                 way = ends[1] - ends[0]
-                need(grid.GetCell(n).GetNumberOfPoints() == 2 and numpy.count_nonzero(way) == 1, f"{what}: edge {n}")
+                need(
+                    grid.GetCell(n).GetNumberOfPoints() == 2 and numpy.count_nonzero(way) == 1,
+                    f"{what}: edge {n}",
+                )
                 lengths.append((numpy.argmax(abs(way)), *numpy.minimum(*ends)))
             need(len(set(lengths)) == 12, f"{what}: an edge stands twice")
     need(not complaints.text, f"{path}: {complaints.text[:1]}")
@@ -243,7 +281,8 @@ def check_boxes(path, step):
 
 
 def check_tecplot(path, step, zones=None):
-    """Header and every value by numpy; then what VTK's reader makes of it. `zones`: number and particles of each, else one."""
+    """Header and every value by numpy; then what VTK's reader makes of it. `zones`: number and particles of
+    each, else one."""
     count, position, ids, fields = particles(step)
     table = numpy.hstack([position, *fields.values()])
     with open(path, encoding="ascii") as file:
@@ -257,13 +296,19 @@ def check_tecplot(path, step, zones=None):
     parts = []
     for number, length in zones or [(0, count)]:
         zone, lines = lines[0], lines[1:]
-        need(zone.startswith(f'ZONE T="level {number}", STRANDID={number or 1}, SOLUTIONTIME='), f"{path}: {zone}")
+        need(
+            zone.startswith(f'ZONE T="level {number}", STRANDID={number or 1}, SOLUTIONTIME='),
+            f"{path}: {zone}",
+        )
         need(zone.endswith("DATAPACKING=BLOCK"), f"{path}: {zone}")
         record = dict(part.strip().split("=") for part in zone[5:].split(","))
         need(float(record["SOLUTIONTIME"]) == time_of(step) and record["J"] == str(length), f"{path}: {zone}")
-        need(len(lines) >= length * len(TECPLOT), f"{path}: {len(lines)} values, expected {length * len(TECPLOT)} and more")
-        blocks = [lines[n * length:(n + 1) * length] for n in range(len(TECPLOT))]
-        lines = lines[length * len(TECPLOT):]
+        need(
+            len(lines) >= length * len(TECPLOT),
+            f"{path}: {len(lines)} values, expected {length * len(TECPLOT)} and more",
+        )
+        blocks = [lines[n * length : (n + 1) * length] for n in range(len(TECPLOT))]
+        lines = lines[length * len(TECPLOT) :]
         part = slice(first, first + length)
         parts.append(part)
         first += length
@@ -281,9 +326,15 @@ def check_tecplot(path, step, zones=None):
     need(len(grids) == len(parts), f"{path}: {len(grids)} grids, expected {len(parts)}")
     for grid, part in zip(grids, parts):
         expected = position[part]
-        need(grid.GetNumberOfPoints() == len(expected), f"{path}: {grid.GetNumberOfPoints()} points, expected {len(expected)}")
-        need_equal(vtk_to_numpy(grid.GetPoints().GetData()), expected, f"{path}: position by VTK", 1e-6)  # floats
-        need_equal(array(grid, "stress_zz [Pa]", path), fields["stress"][part, 2], f"{path}: stress_zz by VTK", 1e-6)
+        need(
+            grid.GetNumberOfPoints() == len(expected),
+            f"{path}: {grid.GetNumberOfPoints()} points, expected {len(expected)}",
+        )
+        # floats
+        need_equal(vtk_to_numpy(grid.GetPoints().GetData()), expected, f"{path}: position by VTK", 1e-6)
+        need_equal(
+            array(grid, "stress_zz [Pa]", path), fields["stress"][part, 2], f"{path}: stress_zz by VTK", 1e-6
+        )
 
 
 def check_tecplot_levels(path, step):
@@ -300,10 +351,16 @@ def check_empty(directory):
     need(not complaints.text, f"{path}: {complaints.text[:1]}")
     need(reader.GetOutput().GetNumberOfPoints() == 0, f"{path}: has points")
     with h5py.File(path, "r") as file:
-        need(file["VTKHDF/Points"].shape == (0, 3) and file["VTKHDF/PointData/stress"].shape == (0, 6), f"{path}: shapes")
+        need(
+            file["VTKHDF/Points"].shape == (0, 3) and file["VTKHDF/PointData/stress"].shape == (0, 6),
+            f"{path}: shapes",
+        )
     with open(f"{directory}/particles_00000007.dat", encoding="ascii") as file:
         lines = file.read().splitlines()
-    need(len(lines) == 2 and float(lines[0].split(", time ")[1].split()[0]) == time_of(7), f"{directory}: {lines[:1]}")
+    need(
+        len(lines) == 2 and float(lines[0].split(", time ")[1].split()[0]) == time_of(7),
+        f"{directory}: {lines[:1]}",
+    )
 
 
 def history(path):
@@ -312,10 +369,14 @@ def history(path):
         lines = file.read().split("\n")
     need(lines[-1] == "", f"{path}: the last line is torn")
     header = [line for line in lines if line[:1].isalpha()]
-    need(lines[:len(header)] == header, f"{path}: header lines below the rows")
+    need(lines[: len(header)] == header, f"{path}: header lines below the rows")
     rows = numpy.loadtxt(path, skiprows=len(header), ndmin=2)
-    need(header[0].startswith('TITLE="') and header[1].startswith('VARIABLES="') and header[2].startswith('ZONE T="'),
-         f"{path}: {header[:3]}")
+    need(
+        header[0].startswith('TITLE="')
+        and header[1].startswith('VARIABLES="')
+        and header[2].startswith('ZONE T="'),
+        f"{path}: {header[:3]}",
+    )
     need("SOLUTIONTIME=" in header[2] and "STRANDID=" in header[2], f"{path}: {header[2]}")
     need(len(header[1].split(", ")) == rows.shape[1], f"{path}: {rows.shape[1]} columns")
     return header, rows
@@ -346,16 +407,20 @@ def check_cost(path, ranks):
     need_equal(rows[:-1, 6].sum(), 100.0, f"{path}: sum of shares", 1e-14)
 
 
-# ---- ranks ------------------------------------------------------------------------------------------------------------------
+# ---- ranks
+# ------------------------------------------------------------------------------------------------------------
+
 
 def tables(path):
     found = {}
     with h5py.File(path, "r") as file:
+
         def visit(name, item):
             if isinstance(item, h5py.Dataset):
                 found[name] = item[()]
             for key, value in item.attrs.items():
                 found[f"{name}@{key}"] = value
+
         visit("/", file)
         file.visititems(visit)
     return found
@@ -368,7 +433,10 @@ def check_same(path, other):
         need(list(one) == list(two), f"{other}: other tables")
         for name, value in one.items():
             a, b = numpy.asarray(value), numpy.asarray(two[name])
-            need(a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes(), f"{other}: {name} differs")
+            need(
+                a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes(),
+                f"{other}: {name} differs",
+            )
         return
     with open(path, "rb") as first, open(other, "rb") as second:
         need(first.read() == second.read(), f"{other} differs from {path}")
@@ -379,7 +447,9 @@ def check_nothing_left(directory):
     need(not left, f"{directory}: left over: {left}")
 
 
-# ---- planted failures -------------------------------------------------------------------------------------------------------
+# ---- planted failures
+# ------------------------------------------------------------------------------------------------------------
+
 
 def damage(kind, path):
     """Make a file wrong in one way."""
@@ -426,22 +496,50 @@ def plants(top):
         if kind == "other order":
             yield f"{kind}, tensors", h5, kind, lambda d: check_tensors(f"{d}/{h5}", 10)
         yield f"{kind} h5, other ranks", h5, kind, lambda d: check_same(f"{top}/{h5}", f"{d}/{h5}")
-    for kind in ("truncated", "torn", "missing", ("J=", "J=1"), ("E-001", "E-002"), ("BLOCK", "POINT"), ("E-001", " NaN ")):
+    for kind in (
+        "truncated",
+        "torn",
+        "missing",
+        ("J=", "J=1"),
+        ("E-001", "E-002"),
+        ("BLOCK", "POINT"),
+        ("E-001", " NaN "),
+    ):
         yield f"{kind} Tecplot", dat, kind, lambda d: check_tecplot(f"{d}/{dat}", 10)
     yield "wrong time in the index", xdmf, ('Value="1.2', 'Value="1.3'), lambda d: check_xdmf(f"{d}/{xdmf}")
-    yield "index of a missing step", xdmf, ("20.h5:/VTKHDF/PointData/density", "10.h5:/VTKHDF/PointData/density"), \
-        lambda d: check_xdmf(f"{d}/{xdmf}")
+    yield (
+        "index of a missing step",
+        xdmf,
+        ("20.h5:/VTKHDF/PointData/density", "10.h5:/VTKHDF/PointData/density"),
+        lambda d: check_xdmf(f"{d}/{xdmf}"),
+    )
     series = "run/particles.hdf.series"
     for kind in ("truncated", "missing", ("time\": 1.2", "time\": 1.3"), ("00000030", "00000025")):
         yield f"{kind} series", series, kind, lambda d: check_series(f"{d}/{series}")
-    boxes, zones, outlines = "levels/particles_00000010.h5", "levels/particles_00000010.dat", "levels/levels.xdmf"
+    boxes, zones, outlines = (
+        "levels/particles_00000010.h5",
+        "levels/particles_00000010.dat",
+        "levels/levels.xdmf",
+    )
     for kind in ("missing", "other box"):
         yield f"{kind} h5, boxes", boxes, kind, lambda d: check_boxes(f"{d}/{boxes}", 10)
-    for kind in ("truncated", "torn", ('T="level 3"', 'T="level 2"'), ("STRANDID=3", "STRANDID=1"), ("J=", "J=1"),
-                 ("E-001", "E-002")):
+    for kind in (
+        "truncated",
+        "torn",
+        ('T="level 3"', 'T="level 2"'),
+        ("STRANDID=3", "STRANDID=1"),
+        ("J=", "J=1"),
+        ("E-001", "E-002"),
+    ):
         yield f"{kind} Tecplot, levels", zones, kind, lambda d: check_tecplot_levels(f"{d}/{zones}", 10)
-    for kind in ("truncated", "missing", ("\n2 3\n", "\n0 1\n"), ("\n3\n3\n", "\n2\n3\n"), ("\n20.", "\n20.1"),
-                 ('Value="1.2', 'Value="1.3')):
+    for kind in (
+        "truncated",
+        "missing",
+        ("\n2 3\n", "\n0 1\n"),
+        ("\n3\n3\n", "\n2\n3\n"),
+        ("\n20.", "\n20.1"),
+        ('Value="1.2', 'Value="1.3'),
+    ):
         yield f"{kind} outlines", outlines, kind, lambda d: check_outlines(f"{d}/{outlines}")
     for kind in ("truncated", "torn", "missing", ("E-001", "E-002"), ("quarter", "half")):
         yield f"{kind} curve", "curve.dat", kind, lambda d: check_curve(f"{d}/curve.dat")
@@ -449,7 +547,8 @@ def plants(top):
 
 
 def outcome(check, copy):
-    """Status of a check in a process of its own: 0 nothing found, 1 found, 2 another fault, negative: the reader crashed."""
+    """Status of a check in a process of its own: 0 nothing found, 1 found, 2 another fault, negative: the
+    reader crashed."""
     child = os.fork()
     if child == 0:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # the readers' own complaints
@@ -474,7 +573,9 @@ def check_plant(top, name, path, kind, check):
         need(status == 1 or status < 0, f"planted failure was not found: {name} ({status})")
 
 
-# ---- all --------------------------------------------------------------------------------------------------------------------
+# ---- all
+# ------------------------------------------------------------------------------------------------------------
+
 
 def checks(directories):
     top = directories[0]
@@ -486,14 +587,23 @@ def checks(directories):
         yield f"Tecplot, step {step}", lambda path=path, step=step: check_tecplot(path + ".dat", step)
         path = f"{top}/levels/particles_{step:08d}"
         yield f"h5py, levels, step {step}", lambda path=path, step=step: check_hdf5(path + ".h5", step)
-        yield f"vtkHDFReader, levels, step {step}", lambda path=path, step=step: check_vtkhdf(path + ".h5", step)
+        yield (
+            f"vtkHDFReader, levels, step {step}",
+            lambda path=path, step=step: check_vtkhdf(path + ".h5", step),
+        )
         yield f"boxes, step {step}", lambda path=path, step=step: check_boxes(path + ".h5", step)
-        yield f"Tecplot, a zone a level, step {step}", lambda path=path, step=step: check_tecplot_levels(path + ".dat", step)
+        yield (
+            f"Tecplot, a zone a level, step {step}",
+            lambda path=path, step=step: check_tecplot_levels(path + ".dat", step),
+        )
     for run in ("run", "levels"):
         yield f"XDMF animation, {run}", lambda run=run: check_xdmf(f"{top}/{run}/particles.xdmf")
         yield f"series, {run}", lambda run=run: check_series(f"{top}/{run}/particles.hdf.series")
     yield "XDMF animation of the levels", lambda: check_outlines(f"{top}/levels/levels.xdmf")
-    for name, what in (("run/levels.xdmf", "an index of levels without levels"), ("levels/levels.hdf.series", "a series of levels")):
+    for name, what in (
+        ("run/levels.xdmf", "an index of levels without levels"),
+        ("levels/levels.hdf.series", "a series of levels"),
+    ):
         yield name, lambda name=name, what=what: need(not os.path.exists(f"{top}/{name}"), what)
     yield "no particles", lambda: check_empty(f"{top}/empty")
     for name in ("curve", "again"):
@@ -501,14 +611,33 @@ def checks(directories):
     yield "history with NaN", lambda: check_nan(f"{top}/nan.dat")
     for directory in directories:
         ranks = int(directory.rstrip("/").rsplit("_", 1)[1])
-        yield f"cost, {ranks} ranks", lambda directory=directory, ranks=ranks: check_cost(f"{directory}/cost.dat", ranks)
+        yield (
+            f"cost, {ranks} ranks",
+            lambda directory=directory, ranks=ranks: check_cost(f"{directory}/cost.dat", ranks),
+        )
         yield f"nothing left over, {ranks} ranks", lambda directory=directory: check_nothing_left(directory)
-    same = [f"{run}/particles_{step:08d}.{kind}" for run in ("run", "levels") for step in STEPS for kind in ("h5", "dat")] + [
-        "run/particles.xdmf", "run/particles.hdf.series", "levels/particles.xdmf", "levels/levels.xdmf", "empty/particles_00000007.h5",
-        "empty/particles_00000007.dat", "curve.dat", "again.dat", "nan.dat"]
+    same = [
+        f"{run}/particles_{step:08d}.{kind}"
+        for run in ("run", "levels")
+        for step in STEPS
+        for kind in ("h5", "dat")
+    ] + [
+        "run/particles.xdmf",
+        "run/particles.hdf.series",
+        "levels/particles.xdmf",
+        "levels/levels.xdmf",
+        "empty/particles_00000007.h5",
+        "empty/particles_00000007.dat",
+        "curve.dat",
+        "again.dat",
+        "nan.dat",
+    ]
     for other in directories[1:]:
         for name in same:
-            yield f"{name} as on one rank: {other}", lambda other=other, name=name: check_same(f"{top}/{name}", f"{other}/{name}")
+            yield (
+                f"{name} as on one rank: {other}",
+                lambda other=other, name=name: check_same(f"{top}/{name}", f"{other}/{name}"),
+            )
     for name, path, kind, check in plants(top):
         yield f"planted: {name}", lambda n=name, p=path, k=kind, c=check: check_plant(top, n, p, k, c)
 

@@ -1,30 +1,36 @@
 #!/usr/bin/env python3
-"""Time the program on benchmark scenes and set it beside what the machine can do: the tables of doc/user/performance.md.
+"""Time the program on benchmark scenes and set it beside what the machine can do: the tables of
+doc/user/performance.md.
 
-usage: bench.py WORK GIMP3D TOOLS [--repeats N] [--only TABLE ...] [--build TEXT] [--before GIMP3D] [--coarrays FOLDER]
+usage: bench.py WORK GIMP3D TOOLS [--repeats N] [--only TABLE ...] [--build TEXT] [--before GIMP3D]
+[--coarrays FOLDER]
 
-TOOLS is the folder of the programs probe, barrier, ranks, halo and laws. TABLE is one of block, contact, compliance, pairs, growth, large, levels, model,
-checkpoint, guard, laws, taichi, halo (all when none is named).
-block    an elastic block of 32 x 32 x 32 cells in motion: moved along (ordered), deforming as it hits a wall (impact) or tumbling
-         (disordered), 1 and 8 particles a cell, affine and plain transfer, 1 and 2 ranks
+TOOLS is the folder of the programs probe, barrier, ranks, halo and laws. TABLE is one of block, contact,
+compliance, pairs, growth, large, levels, model, checkpoint, guard, laws, taichi, halo (all when none is
+named).
+block    an elastic block of 32 x 32 x 32 cells in motion: moved along (ordered), deforming as it hits a wall
+         (impact) or tumbling (disordered), 1 and 8 particles a cell, affine and plain transfer, 1 and 2 ranks
 contact  E2 and E3, over the run and over the last tenth of their depth
-compliance  E2 on 2 ranks: what the compliance of contact points does to the time for contact, to the load and to the overlap
+compliance  E2 on 2 ranks: what the compliance of contact points does to the time for contact, to the load and
+to the overlap
 pairs    2 ranks against two independent copies of 1 rank run side by side, and against one
 growth   10^5 to 4 x 10^6 particles, disordered, 1 rank
 large    16 million particles, a few steps, 2 ranks
-levels   E4 on three nested levels: 1 and 2 ranks measured, 4, 6, 9 as messages, bytes and balance of a rank, and a model
-model    what 1 to 512 ranks would give: the program's own placement and message lists (ranks.f90), a measured time an update, and an
-         assumed network; the counts are checked against runs on 2, 4 and 8 ranks
-guard    what the guard costs: its row of cost.dat, and runs with copies and looks 20 times as often and without them, in turn; with
-         --before, a program built before there was a guard, runs of that in turn too: they tell what the looks in every step cost
+levels   E4 on three nested levels: 1 and 2 ranks measured, 4, 6, 9 as messages, bytes and balance of a rank,
+and a model
+model    what 1 to 512 ranks would give: the program's own placement and message lists (ranks.f90), a measured
+         time an update, and an assumed network; the counts are checked against runs on 2, 4 and 8 ranks
+guard    what the guard costs: its row of cost.dat, and runs with copies and looks 20 times as often and
+         without them, in turn; with --before, a program built before there was a guard, runs of that in turn
+         too: they tell what the looks in every step cost
 laws     material laws by themselves: nanoseconds a particle (laws.f90)
 taichi   neo_hookean beside a bare MLS-MPM step in taichi, where that is installed (taichi_mpm.py)
-halo     an exchange of ghost nodes by MPI and, where FOLDER has a program halo built with coarrays, by these: bytes, messages,
-         time (halo.f90)
-checkpoint  what one costs, beside a plain write of as many bytes
-A probe of multiply-adds and of a memory copy runs before and after each scene. An update is one particle through one whole step,
-everything included. Floors: 1.6 kFLOP and 390 bytes an update. Figures are medians of the repeats.
-"""
+halo     an exchange of ghost nodes by MPI and, where FOLDER has a program halo built with coarrays, by these:
+         bytes, messages, time (halo.f90)
+checkpoint  what one costs, beside a plain write of as many bytes A probe of multiply-adds and of a memory
+copy runs before and after each scene. An update is one particle through one whole step, everything included.
+Floors: 1.6 kFLOP and 390 bytes an update. Figures are medians of the repeats."""
+
 import argparse
 import math
 import os
@@ -37,31 +43,48 @@ import sys
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PHASES = ['lists', 'P2G', 'exchange', 'nodes', 'contact', 'G2P', 'stress', 'migration', 'control', 'balance', 'output',
-          'guard', 'indicators', 'the rest']
-ONCE = ['indicators', 'the rest'] # a run: its start and end, and here the stress error, which is estimated at its end
+PHASES = [
+    'lists',
+    'P2G',
+    'exchange',
+    'nodes',
+    'contact',
+    'G2P',
+    'stress',
+    'migration',
+    'control',
+    'balance',
+    'output',
+    'guard',
+    'indicators',
+    'the rest',
+]
+# a run: its start and end, and here the stress error, which is estimated at its end
+ONCE = ['indicators', 'the rest']
 KERNELS = ['P2G', 'G2P', 'stress']
 FLOPS, BYTES = 1600.0, 390.0  # an update
-STEP = 3.19e-12               # s, of the block scenes
-LATENCY, BANDWIDTH = 2e-6, 5e9 # s a message, B/s a rank: an assumed network
+STEP = 3.19e-12  # s, of the block scenes
+LATENCY, BANDWIDTH = 2e-6, 5e9  # s a message, B/s a rank: an assumed network
 
 
 def block_scene(cells, per_cell, motion, transfer, steps, out):
-    """An elastic cube of `cells` cells an edge: in free flight; tumbling (disordered), its edges at a tenth of the wave speed; or
-    against a wall at a tenth of the wave speed (impact)."""
+    """An elastic cube of `cells` cells an edge: in free flight; tumbling (disordered), its edges at a tenth
+    of the wave speed; or against a wall at a tenth of the wave speed (impact)."""
     h, margin = 64e-9, 8
-    size = (cells + 2*margin + 7)//8*8
-    spin = 4e8*32/cells
+    size = (cells + 2 * margin + 7) // 8 * 8
+    spin = 4e8 * 32 / cells
     low = 0 if motion == 'impact' else margin
-    side = ', boundary=\'free\',\'free\',\'free\',\'free\',\'symmetry\',\'free\'' if motion == 'impact' else ''
+    side = (
+        ', boundary=\'free\',\'free\',\'free\',\'free\',\'symmetry\',\'free\'' if motion == 'impact' else ''
+    )
     velocity = '0,0,-600' if motion == 'impact' else '100,50,20'
-    turning = f', angular_velocity={spin/2!r},{spin/4!r},{spin!r}' if motion == 'disordered' else ''
-    return f"""&scene title='bench', end_time={steps*STEP!r} /
-&grid lower=0,0,0, upper={size*h!r},{size*h!r},{size*h!r}, cell_size={h!r}{side} /
+    turning = f', angular_velocity={spin / 2!r},{spin / 4!r},{spin!r}' if motion == 'disordered' else ''
+    return f"""&scene title='bench', end_time={steps * STEP!r} /
+&grid lower=0,0,0, upper={size * h!r},{size * h!r},{size * h!r}, cell_size={h!r}{side} /
 &time time_step={STEP!r}, transfer='{transfer}' /
 &material name='aluminium', model='elastic', density=2710, young=70e9, poisson=0.33 /
-&body material='aluminium', shape='box', lower={margin*h!r},{margin*h!r},{low*h!r},
-      upper={(margin + cells)*h!r},{(margin + cells)*h!r},{(low + cells)*h!r}, particles_per_cell={per_cell},
+&body material='aluminium', shape='box', lower={margin * h!r},{margin * h!r},{low * h!r},
+      upper={(margin + cells) * h!r},{(margin + cells) * h!r},{(low + cells) * h!r}, particles_per_cell={per_cell},
       velocity={velocity}{turning} /
 &output directory='{out}', formats='none', history_every=1 /
 """
@@ -69,9 +92,13 @@ def block_scene(cells, per_cell, motion, transfer, steps, out):
 
 def shipped_scene(name, out, share=1.0, history=True):
     """A scene of input/, up to a share of its time, without snapshots."""
-    text = (ROOT/'input'/f'{name}.nml').read_text()
-    text = re.sub(r'end_time=(\S+)', lambda m: f'end_time={float(m[1])*share!r}', text)
-    return re.sub(r'&output.*/', f"&output directory='{out}', formats='none'{'' if history else ', history_every=1'} /", text)
+    text = (ROOT / 'input' / f'{name}.nml').read_text()
+    text = re.sub(r'end_time=(\S+)', lambda m: f'end_time={float(m[1]) * share!r}', text)
+    return re.sub(
+        r'&output.*/',
+        f"&output directory='{out}', formats='none'{'' if history else ', history_every=1'} /",
+        text,
+    )
 
 
 class Bench:
@@ -81,27 +108,36 @@ class Bench:
         self.work, self.gimp3d, self.tools, self.repeats = work, gimp3d, tools, repeats
         self.gflops, self.gbytes, self.runs = [], [], 0
 
-    before = None # a program built before there was a guard
-    coarrays = None # the program halo that fills it by coarrays
+    before = None  # a program built before there was a guard
+    coarrays = None  # the program halo that fills it by coarrays
 
     def probe(self):
-        words = subprocess.run([self.tools/'probe'], capture_output=True, text=True, check=True).stdout.split()
+        words = subprocess.run(
+            [self.tools / 'probe'], capture_output=True, text=True, check=True
+        ).stdout.split()
         self.gflops.append(float(words[1]))
         self.gbytes.append(float(words[3]))
 
     def barrier(self, ranks):
-        """By size of their work: megabytes, milliseconds of a piece of it, and the share of their pace that ranks keep who wait for each other
-        after each."""
-        text = subprocess.run(['mpirun', '-n', str(ranks), self.tools/'barrier'], capture_output=True, text=True, check=True).stdout
+        """By size of their work: megabytes, milliseconds of a piece of it, and the share of their pace that
+        ranks keep who wait for each other after each."""
+        text = subprocess.run(
+            ['mpirun', '-n', str(ranks), self.tools / 'barrier'], capture_output=True, text=True, check=True
+        ).stdout
         return [tuple(map(float, line.split()[1::2])) for line in text.splitlines()]
 
     def out(self):
         self.runs += 1
-        return self.work/f'run_{self.runs}'
+        return self.work / f'run_{self.runs}'
 
     def start(self, ranks, scene):
-        return subprocess.Popen(['mpirun', '-n', str(ranks), self.gimp3d], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                stderr=subprocess.STDOUT, text=True), scene
+        return subprocess.Popen(
+            ['mpirun', '-n', str(ranks), self.gimp3d],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        ), scene
 
     def finish(self, started, read=None):
         process, scene = started
@@ -120,8 +156,8 @@ class Bench:
         return median_costs(costs)
 
     def in_turn(self, ranks, makers):
-        """Runs of several scenes one after the other, round after round: the costs of each, rounds first. Ratios within a round mean
-        something on a machine that others slow now and then."""
+        """Runs of several scenes one after the other, round after round: the costs of each, rounds first.
+        Ratios within a round mean something on a machine that others slow now and then."""
         self.probe()
         rounds = [[self.run(ranks, make(self.out())) for make in makers] for _ in range(self.repeats)]
         self.probe()
@@ -142,7 +178,8 @@ class Bench:
 
 
 def read_costs(log):
-    """Nanoseconds a particle-step of each phase (all ranks together), updates, seconds, particles, bytes a particle."""
+    """Nanoseconds a particle-step of each phase (all ranks together), updates, seconds, particles, bytes a
+    particle."""
     costs = {}
     for line in log.splitlines():
         found = re.match(r'(%s|all) {2,}.*?(\d+) +([\d.]+) +([\d.]+) %%$' % '|'.join(PHASES), line)
@@ -153,7 +190,7 @@ def read_costs(log):
     solves = re.search(r'^contact: (\d+) solves, (\S+) iterations and (\S+) products', log, re.M)
     costs['updates'], costs['ranks'] = int(last[1]), int(last[2])
     costs['steps'] = int(re.search(r'^(\d+) steps to', log, re.M)[1])
-    costs['seconds'] = costs['all']*costs['updates']*1e-9/costs['ranks']
+    costs['seconds'] = costs['all'] * costs['updates'] * 1e-9 / costs['ranks']
     costs['particles'], costs['bytes'] = int(size[1]), int(size[2])
     sent = re.search(r'^node sums: at most (\S+) messages and (\S+) B sent', log, re.M)
     share = re.search(r'^contact: (\S+) % of the elapsed time, (\S+) % over the last tenth', log, re.M)
@@ -167,7 +204,8 @@ def read_costs(log):
 
 
 def stepping(costs):
-    """Nanoseconds a particle-step that steps take: without what is done once a run, which few steps do not repay."""
+    """Nanoseconds a particle-step that steps take: without what is done once a run, which few steps do not
+    repay."""
     return costs['all'] - sum(costs.get(phase, 0.0) for phase in ONCE)
 
 
@@ -182,163 +220,393 @@ def row(cells):
 def head(titles):
     print()
     row(titles)
-    row(['---']*len(titles))
+    row(['---'] * len(titles))
 
 
 def table_block(bench):
     """Affine and plain transfer in turn; the last column is the median of their ratios."""
     shown = [p for p in PHASES if p not in ('contact', 'balance', 'output', 'guard', *ONCE)]
-    head(['particles a cell', 'motion', 'transfer', 'ranks', 'million updates/s and core', 'share of flop floor [%]',
-          'share of byte floor [%]', *(f'{p} [ns]' for p in shown), 'start and end [ns]', 'all [ns]', 'not kernels, of a step [%]',
-          'B/particle', 'over plain'])
+    head(
+        [
+            'particles a cell',
+            'motion',
+            'transfer',
+            'ranks',
+            'million updates/s and core',
+            'share of flop floor [%]',
+            'share of byte floor [%]',
+            *(f'{p} [ns]' for p in shown),
+            'start and end [ns]',
+            'all [ns]',
+            'not kernels, of a step [%]',
+            'B/particle',
+            'over plain',
+        ]
+    )
     for per_cell in 8, 1:
         for motion in ('ordered', 'impact', 'disordered') if per_cell == 8 else ('ordered', 'disordered'):
             for ranks in 1, 2:
                 steps = 200 if motion == 'impact' else 120
-                rounds = bench.in_turn(ranks, [lambda out, t=t: block_scene(32, per_cell, motion, t, steps, out)
-                                               for t in ('affine', 'plain')])
+                rounds = bench.in_turn(
+                    ranks,
+                    [
+                        lambda out, t=t: block_scene(32, per_cell, motion, t, steps, out)
+                        for t in ('affine', 'plain')
+                    ],
+                )
                 for transfer, costs in zip(('affine', 'plain'), zip(*rounds)):
                     c = median_costs(costs)
-                    rest = statistics.median(100*(1 - sum(x[k] for k in KERNELS)/stepping(x)) for x in costs)
-                    row([str(per_cell), motion, transfer, str(ranks), f'{1e3/c["all"]:.2f}',
-                         f'{100*FLOPS/bench.gflops[-1]/c["all"]:.0f}', f'{100*BYTES/bench.gbytes[-1]/c["all"]:.0f}',
-                         *(f'{c.get(p, 0):.1f}' for p in shown), f'{c["all"] - stepping(c):.1f}', f'{c["all"]:.1f}', f'{rest:.1f}',
-                         f'{c["bytes"]:.0f}',
-                         f'{statistics.median(a["all"]/b["all"] for a, b in rounds):.2f}' if transfer == 'affine' else ''])
+                    rest = statistics.median(
+                        100 * (1 - sum(x[k] for k in KERNELS) / stepping(x)) for x in costs
+                    )
+                    row(
+                        [
+                            str(per_cell),
+                            motion,
+                            transfer,
+                            str(ranks),
+                            f'{1e3 / c["all"]:.2f}',
+                            f'{100 * FLOPS / bench.gflops[-1] / c["all"]:.0f}',
+                            f'{100 * BYTES / bench.gbytes[-1] / c["all"]:.0f}',
+                            *(f'{c.get(p, 0):.1f}' for p in shown),
+                            f'{c["all"] - stepping(c):.1f}',
+                            f'{c["all"]:.1f}',
+                            f'{rest:.1f}',
+                            f'{c["bytes"]:.0f}',
+                            f'{statistics.median(a["all"] / b["all"] for a, b in rounds):.2f}'
+                            if transfer == 'affine'
+                            else '',
+                        ]
+                    )
 
 
 def table_contact(bench):
-    head(['scene', 'transfer', 'ranks', 'contact over the run [%]', 'over the last tenth [%]', 'products a solve',
-          'contact [ns an update]', 'all else [ns an update]', 'million updates/s and core'])
-    for name, transfer, ranks in (('cone', 'affine', 1), ('cone', 'affine', 2), ('cone', 'plain', 2), ('deep_sphere', 'affine', 1),
-                                  ('deep_sphere', 'affine', 2)):
-        c = bench.several(ranks, lambda out: shipped_scene(name, out).replace('&time', f"&time transfer='{transfer}',"), repeats=3)
-        row([name, transfer, str(ranks), f'{c["contact share"]:.0f}', f'{c["late contact share"]:.0f}', f'{c["products"]:.0f}',
-             f'{c["contact"]:.0f}', f'{c["all"] - c["contact"]:.0f}', f'{1e3/c["all"]:.2f}'])
+    head(
+        [
+            'scene',
+            'transfer',
+            'ranks',
+            'contact over the run [%]',
+            'over the last tenth [%]',
+            'products a solve',
+            'contact [ns an update]',
+            'all else [ns an update]',
+            'million updates/s and core',
+        ]
+    )
+    for name, transfer, ranks in (
+        ('cone', 'affine', 1),
+        ('cone', 'affine', 2),
+        ('cone', 'plain', 2),
+        ('deep_sphere', 'affine', 1),
+        ('deep_sphere', 'affine', 2),
+    ):
+        c = bench.several(
+            ranks,
+            lambda out: shipped_scene(name, out).replace('&time', f"&time transfer='{transfer}',"),
+            repeats=3,
+        )
+        row(
+            [
+                name,
+                transfer,
+                str(ranks),
+                f'{c["contact share"]:.0f}',
+                f'{c["late contact share"]:.0f}',
+                f'{c["products"]:.0f}',
+                f'{c["contact"]:.0f}',
+                f'{c["all"] - c["contact"]:.0f}',
+                f'{1e3 / c["all"]:.2f}',
+            ]
+        )
 
 
 def table_compliance(bench):
     """Loads are compared row by row of the tool's history, which all runs have at the same times."""
-    head(['compliance', 'products a solve', 'contact [s]', 'of the run [%]', 'load, largest change over the second half, of the largest load [%]',
-          'mean change [%]', 'largest overlap [cells]'])
+    head(
+        [
+            'compliance',
+            'products a solve',
+            'contact [s]',
+            'of the run [%]',
+            'load, largest change over the second half, of the largest load [%]',
+            'mean change [%]',
+            'largest overlap [cells]',
+        ]
+    )
     first = None
     for compliance in (0.0005, 0.002, 0.005, 0.01, 0.02, 0.05):
         out = bench.out()
         scene = shipped_scene('cone', out) + f'&contact compliance={compliance} /\n'
         c, log = bench.finish(bench.start(2, scene), read=lambda log: (read_costs(log), log))
         overlap = float(re.search(r'^contact: largest overlap .*, (\S+) cells', log, re.M)[1])
-        load = [float(line.split()[4]) for line in open(out/'tool_cone.dat') if re.match(r' *[-+\d]', line)]
+        load = [float(line.split()[4]) for line in open(out / 'tool_cone.dat') if re.match(r' *[-+\d]', line)]
         first = first or load
-        change = [100*(new - old)/max(first) for new, old in zip(load, first, strict=True)][len(load)//2:]
-        row([f'{compliance}', f'{c["products"]:.1f}', f'{c["contact"]*c["updates"]*1e-9/c["ranks"]:.1f}', f'{c["contact share"]:.0f}',
-             f'{max(map(abs, change)):.3f}', f'{statistics.mean(change):+.4f}', f'{overlap:.4f}'])
+        change = [100 * (new - old) / max(first) for new, old in zip(load, first, strict=True)][
+            len(load) // 2 :
+        ]
+        row(
+            [
+                f'{compliance}',
+                f'{c["products"]:.1f}',
+                f'{c["contact"] * c["updates"] * 1e-9 / c["ranks"]:.1f}',
+                f'{c["contact share"]:.0f}',
+                f'{max(map(abs, change)):.3f}',
+                f'{statistics.mean(change):+.4f}',
+                f'{overlap:.4f}',
+            ]
+        )
     print('\nOne run each, to 571 nm. Changes against the first row.')
 
 
 def table_pairs(bench):
-    head(['scene', '1 rank [s]', '2 ranks [s]', 'two 1-rank copies side by side [s]', '2 ranks over the two copies', '2 ranks over 1'])
-    scenes = {'E1': lambda out: shipped_scene('scaling', out, 0.2, history=False),
-              'E2, first half': lambda out: shipped_scene('cone', out, 0.5)}
+    head(
+        [
+            'scene',
+            '1 rank [s]',
+            '2 ranks [s]',
+            'two 1-rank copies side by side [s]',
+            '2 ranks over the two copies',
+            '2 ranks over 1',
+        ]
+    )
+    scenes = {
+        'E1': lambda out: shipped_scene('scaling', out, 0.2, history=False),
+        'E2, first half': lambda out: shipped_scene('cone', out, 0.5),
+    }
     for name, make in scenes.items():
-        rounds = [(bench.run(1, make(bench.out()))['seconds'], bench.run(2, make(bench.out()))['seconds'], bench.side_by_side(2, make))
-                  for _ in range(bench.repeats)]
-        row([name, *(f'{statistics.median(column):.2f}' for column in zip(*rounds)),
-             f'{statistics.median(both/2/two for _, two, both in rounds):.2f}',
-             f'{statistics.median(one/two for one, two, _ in rounds):.2f}'])
+        rounds = [
+            (
+                bench.run(1, make(bench.out()))['seconds'],
+                bench.run(2, make(bench.out()))['seconds'],
+                bench.side_by_side(2, make),
+            )
+            for _ in range(bench.repeats)
+        ]
+        row(
+            [
+                name,
+                *(f'{statistics.median(column):.2f}' for column in zip(*rounds)),
+                f'{statistics.median(both / 2 / two for _, two, both in rounds):.2f}',
+                f'{statistics.median(one / two for one, two, _ in rounds):.2f}',
+            ]
+        )
     print('\nIn turn; ratios are medians of those of each round.')
     for tries in zip(*(bench.barrier(2) for _ in range(bench.repeats))):
         size, ms, pace = (statistics.median(column) for column in zip(*tries))
-        print(f'Two ranks that do nothing but arithmetic on {size:.0f} MB each and wait for each other every {ms:.1f} ms keep {pace:.2f} of '
-              f'their pace (median; {min(t[2] for t in tries):.2f} to {max(t[2] for t in tries):.2f}).')
+        print(
+            f'Two ranks that do nothing but arithmetic on {size:.0f} MB each and wait for each other every '
+            f'{ms:.1f} ms keep {pace:.2f} of '
+            f'their pace (median; {min(t[2] for t in tries):.2f} to {max(t[2] for t in tries):.2f}).'
+        )
 
 
 def table_growth(bench):
     head(['particles', 'steps', 'ns an update', 'of the smallest', 'B/particle'])
-    steps = 60 # of all: a body that tumbles longer is in greater disorder
-    rounds = bench.in_turn(1, [lambda out, n=n: block_scene(n, 8, 'disordered', 'affine', steps, out) for n in (24, 32, 50, 79)])
+    steps = 60  # of all: a body that tumbles longer is in greater disorder
+    rounds = bench.in_turn(
+        1, [lambda out, n=n: block_scene(n, 8, 'disordered', 'affine', steps, out) for n in (24, 32, 50, 79)]
+    )
     steps_only = [[stepping(c) for c in costs] for costs in rounds]
     for i, c in enumerate(rounds[0]):
-        row([f'{c["particles"]:.0f}', str(steps), f'{statistics.median(s[i] for s in steps_only):.1f}',
-             f'{statistics.median(s[i]/s[0] for s in steps_only):.2f}', f'{c["bytes"]:.0f}'])
-    print('\nIn turn; ratios are medians of those of each round. Without start and end of the run, which few steps do not repay.')
+        row(
+            [
+                f'{c["particles"]:.0f}',
+                str(steps),
+                f'{statistics.median(s[i] for s in steps_only):.1f}',
+                f'{statistics.median(s[i] / s[0] for s in steps_only):.2f}',
+                f'{c["bytes"]:.0f}',
+            ]
+        )
+    print(
+        '\nIn turn; ratios are medians of those of each round. Without start and end of the run, which few '
+        'steps do not repay.'
+    )
 
 
 def table_large(bench):
     head(['particles', 'ranks', 'million updates/s and core', 'GB in all', 'B/particle'])
     c = bench.run(2, block_scene(126, 8, 'disordered', 'affine', 6, bench.out()))
-    row([f'{c["particles"]}', '2', f'{1e3/stepping(c):.2f}', f'{c["bytes"]*c["particles"]/1e9:.2f}', f'{c["bytes"]}'])
+    row(
+        [
+            f'{c["particles"]}',
+            '2',
+            f'{1e3 / stepping(c):.2f}',
+            f'{c["bytes"] * c["particles"] / 1e9:.2f}',
+            f'{c["bytes"]}',
+        ]
+    )
 
 
 def placements(bench, scene, ranks):
     """What the most loaded of so many ranks holds and sends, a dictionary for each number of ranks."""
-    text = subprocess.run([bench.tools/'ranks', *map(str, ranks)], input=scene, capture_output=True, text=True, check=True).stdout
+    text = subprocess.run(
+        [bench.tools / 'ranks', *map(str, ranks)], input=scene, capture_output=True, text=True, check=True
+    ).stdout
     titles, *lines = (line.split() for line in text.splitlines())
     return [dict(zip(titles, map(int, line))) for line in lines]
 
 
 def table_model(bench):
-    scenes = {'E1': lambda out: shipped_scene('scaling', out, 0.02, history=False),
-              '16 million': lambda out: block_scene(126, 8, 'ordered', 'affine', 1, out)}
-    update = bench.several(2, lambda out: shipped_scene('scaling', out, 0.4, history=False), repeats=3) # steps enough to repay the start
-    update = stepping(update)*1e-9
-    head(['scene', 'ranks', 'particles a rank, mean', 'most', 'blocks, most', 'neighbours, most', 'MB sent in a step, most',
-          'work [ms a step]', 'messages [ms a step]', 'million updates/s and core', 'share of 1 rank'])
+    scenes = {
+        'E1': lambda out: shipped_scene('scaling', out, 0.02, history=False),
+        '16 million': lambda out: block_scene(126, 8, 'ordered', 'affine', 1, out),
+    }
+    # steps enough to repay the start
+    update = bench.several(2, lambda out: shipped_scene('scaling', out, 0.4, history=False), repeats=3)
+    update = stepping(update) * 1e-9
+    head(
+        [
+            'scene',
+            'ranks',
+            'particles a rank, mean',
+            'most',
+            'blocks, most',
+            'neighbours, most',
+            'MB sent in a step, most',
+            'work [ms a step]',
+            'messages [ms a step]',
+            'million updates/s and core',
+            'share of 1 rank',
+        ]
+    )
     for name, make in scenes.items():
         first = None
         for p in placements(bench, make(bench.out()), (1, 2, 4, 8, 64, 512)):
-            work = p['work_most']*update
+            work = p['work_most'] * update
             # node sums and migration: one message a neighbour each; one sum over all ranks
-            network = 2*p['messages_most']*LATENCY + p['bytes_most']/BANDWIDTH + 2*math.log2(p['ranks'])*LATENCY
-            rate = p['work_mean']/(work + network)*1e-6
+            network = (
+                2 * p['messages_most'] * LATENCY
+                + p['bytes_most'] / BANDWIDTH
+                + 2 * math.log2(p['ranks']) * LATENCY
+            )
+            rate = p['work_mean'] / (work + network) * 1e-6
             first = first or rate
-            row([name, str(p['ranks']), str(p['particles_mean']), str(p['work_most']), str(p['blocks_most']),
-                 str(p['neighbours_most']), f'{p["bytes_most"]*1e-6:.2f}', f'{1e3*work:.3f}', f'{1e3*network:.3f}', f'{rate:.2f}',
-                 f'{rate/first:.2f}'])
-    print(f'\nMeasured: {update*1e9:.0f} ns an update on 2 ranks. Assumed: {LATENCY*1e6:.0f} us a message, {BANDWIDTH*1e-9:.0f} GB/s '
-          'a rank, nothing overlapped, ranks that do not slow each other. No contact.')
+            row(
+                [
+                    name,
+                    str(p['ranks']),
+                    str(p['particles_mean']),
+                    str(p['work_most']),
+                    str(p['blocks_most']),
+                    str(p['neighbours_most']),
+                    f'{p["bytes_most"] * 1e-6:.2f}',
+                    f'{1e3 * work:.3f}',
+                    f'{1e3 * network:.3f}',
+                    f'{rate:.2f}',
+                    f'{rate / first:.2f}',
+                ]
+            )
+    print(
+        f'\nMeasured: {update * 1e9:.0f} ns an update on 2 ranks. Assumed: {LATENCY * 1e6:.0f} us a message, '
+        f'{BANDWIDTH * 1e-9:.0f} GB/s '
+        'a rank, nothing overlapped, ranks that do not slow each other. No contact.'
+    )
     head(['ranks (E1, run)', 'messages a step, most', 'by the model', 'bytes a step, most', 'by the model'])
     for p in placements(bench, scenes['E1'](bench.out()), (2, 4, 8)):
         c = bench.run(p['ranks'], scenes['E1'](bench.out()))
-        row([str(p['ranks']), f'{c["messages"]:.0f}', str(p['messages_most']), f'{c["sent"]:.0f}', str(p['bytes_most'])])
+        row(
+            [
+                str(p['ranks']),
+                f'{c["messages"]:.0f}',
+                str(p['messages_most']),
+                f'{c["sent"]:.0f}',
+                str(p['bytes_most']),
+            ]
+        )
         if (c['messages'], c['sent']) != (p['messages_most'], p['bytes_most']):
             raise SystemExit('the model counts other messages than the run')
 
 
 def table_levels(bench):
-    """E4 on three levels, its first steps: measured on 1 and 2 ranks; messages, bytes, balance and a model for more."""
+    """E4 on three levels, its first steps: measured on 1 and 2 ranks; messages, bytes, balance and a model
+    for more."""
     share = 0.06
     scene = lambda out: shipped_scene('cone_levels', out, share, history=False)
     one, two = bench.several(1, scene), bench.several(2, scene)
-    update = stepping(two)*1e-9
+    update = stepping(two) * 1e-9
     steps = one['steps']
-    head(['ranks', 'measured [ms a step]', 'speed-up', 'work a rank, mean [particle-steps]', 'most over mean', 'messages a step, most',
-          'MB a step, most', 'model: work [ms]', 'model: messages [ms]', 'model: speed-up'])
+    head(
+        [
+            'ranks',
+            'measured [ms a step]',
+            'speed-up',
+            'work a rank, mean [particle-steps]',
+            'most over mean',
+            'messages a step, most',
+            'MB a step, most',
+            'model: work [ms]',
+            'model: messages [ms]',
+            'model: speed-up',
+        ]
+    )
     first = None
     for p in placements(bench, scene(bench.out()), (1, 2, 4, 6, 9)):
-        work = p['work_most']*update
-        network = p['messages_most']*LATENCY + p['bytes_most']/BANDWIDTH + 14*2*math.log2(p['ranks'])*LATENCY # 14 sums over all ranks
+        work = p['work_most'] * update
+        # 14 sums over all ranks
+        network = (
+            p['messages_most'] * LATENCY
+            + p['bytes_most'] / BANDWIDTH
+            + 14 * 2 * math.log2(p['ranks']) * LATENCY
+        )
         measured = {1: one, 2: two}.get(p['ranks'])
-        spent = measured['seconds']/steps if measured else 0.0
+        spent = measured['seconds'] / steps if measured else 0.0
         first = first or (spent, work + network)
-        row([str(p['ranks']), f'{1e3*spent:.1f}' if measured else '', f'{first[0]/spent:.2f}' if measured else '', str(p['work_mean']),
-             f'{p["work_most"]/p["work_mean"]:.2f}', str(p['messages_most']), f'{p["bytes_most"]*1e-6:.2f}', f'{1e3*work:.1f}',
-             f'{1e3*network:.2f}', f'{first[1]/(work + network):.2f}'])
-    print(f'\nMeasured: {update*1e9:.0f} ns a particle-step on 2 ranks. Assumed: {LATENCY*1e6:.0f} us a message, {BANDWIDTH*1e-9:.0f} GB/s '
-          'a rank, nothing overlapped, ranks that do not slow each other. A step is one of the coarsest level; contact has not begun.')
+        row(
+            [
+                str(p['ranks']),
+                f'{1e3 * spent:.1f}' if measured else '',
+                f'{first[0] / spent:.2f}' if measured else '',
+                str(p['work_mean']),
+                f'{p["work_most"] / p["work_mean"]:.2f}',
+                str(p['messages_most']),
+                f'{p["bytes_most"] * 1e-6:.2f}',
+                f'{1e3 * work:.1f}',
+                f'{1e3 * network:.2f}',
+                f'{first[1] / (work + network):.2f}',
+            ]
+        )
+    print(
+        f'\nMeasured: {update * 1e9:.0f} ns a particle-step on 2 ranks. Assumed: {LATENCY * 1e6:.0f} us a '
+        f'message, {BANDWIDTH * 1e-9:.0f} GB/s '
+        'a rank, nothing overlapped, ranks that do not slow each other. A step is one of the coarsest level; '
+        'contact has not begun.'
+    )
     head(['ranks (run)', 'messages a step, most', 'by the model', 'bytes a step, most', 'by the model'])
     for p in placements(bench, scene(bench.out()), (2, 4, 6)):
         c = bench.run(p['ranks'], scene(bench.out()))
-        row([str(p['ranks']), f'{c["messages"]:.0f}', str(p['messages_most']), f'{c["sent"]:.0f}', str(p['bytes_most'])])
+        row(
+            [
+                str(p['ranks']),
+                f'{c["messages"]:.0f}',
+                str(p['messages_most']),
+                f'{c["sent"]:.0f}',
+                str(p['bytes_most']),
+            ]
+        )
         if (c['messages'], c['sent']) != (p['messages_most'], p['bytes_most']):
             raise SystemExit('the model counts other messages than the run')
 
 
 def table_checkpoint(bench):
-    """Checkpoints of a block and of E2 beside a plain write of as many bytes; the share is that of a run with the default interval."""
-    interval = 600.0 # s of wall-clock time, where &checkpoint says nothing
-    head(['scene', 'ranks', 'MB', 'a checkpoint [s]', 'MB/s', 'plain write [MB/s]', 'share at one in 600 s [%]'])
-    scenes = {'block': lambda out: block_scene(52, 8, 'ordered', 'affine', 9, out),
-              'E2': lambda out: shipped_scene('cone', out, 0.005, history=False)}
+    """Checkpoints of a block and of E2 beside a plain write of as many bytes; the share is that of a run with
+    the default interval."""
+    interval = 600.0  # s of wall-clock time, where &checkpoint says nothing
+    head(
+        [
+            'scene',
+            'ranks',
+            'MB',
+            'a checkpoint [s]',
+            'MB/s',
+            'plain write [MB/s]',
+            'share at one in 600 s [%]',
+        ]
+    )
+    scenes = {
+        'block': lambda out: block_scene(52, 8, 'ordered', 'affine', 9, out),
+        'E2': lambda out: shipped_scene('cone', out, 0.005, history=False),
+    }
     for name, make in scenes.items():
         for ranks in 1, 2:
             found = []
@@ -346,131 +614,255 @@ def table_checkpoint(bench):
                 out = bench.out()
                 log = bench.finish(bench.start(ranks, make(out) + '&checkpoint every_steps=3 /\n'), read=str)
                 last = re.search(r'^checkpoint +\S+ +\S+ +(\S+) +(\d+)', log, re.M)
-                seconds = float(last[1])/int(last[2])
+                seconds = float(last[1]) / int(last[2])
                 size = max(path.stat().st_size for path in out.glob('checkpoint_*.h5'))
                 begun = time.monotonic()
-                with open(out/'plain', 'wb') as file:
+                with open(out / 'plain', 'wb') as file:
                     file.write(bytes(size))
                     file.flush()
                     os.fsync(file.fileno())
                 plain = time.monotonic() - begun
-                found.append((size, seconds, size/seconds, size/plain))
-                for path in (*out.glob('checkpoint_*.h5'), out/'plain'):
+                found.append((size, seconds, size / seconds, size / plain))
+                for path in (*out.glob('checkpoint_*.h5'), out / 'plain'):
                     path.unlink()
             size, seconds, pace, plain = (statistics.median(column) for column in zip(*found))
-            row([name, str(ranks), f'{size*1e-6:.0f}', f'{seconds:.3f}', f'{pace*1e-6:.0f}', f'{plain*1e-6:.0f}',
-                 f'{100*seconds/interval:.3f}'])
+            row(
+                [
+                    name,
+                    str(ranks),
+                    f'{size * 1e-6:.0f}',
+                    f'{seconds:.3f}',
+                    f'{pace * 1e-6:.0f}',
+                    f'{plain * 1e-6:.0f}',
+                    f'{100 * seconds / interval:.3f}',
+                ]
+            )
 
 
 def table_halo(bench):
-    """Rounds in turn. The least time of all rounds is what an exchange costs; their median tells how busy the machine was."""
-    ways = {'MPI': bench.tools/'halo'}
+    """Rounds in turn. The least time of all rounds is what an exchange costs; their median tells how busy the
+    machine was."""
+    ways = {'MPI': bench.tools / 'halo'}
     if bench.coarrays and bench.coarrays.exists():
         ways['coarrays'] = bench.coarrays
     else:
-        print('\nCoarrays left out: OpenCoarrays for Open MPI is not there (apt-get install libcoarrays-openmpi-dev)')
-    head(['scene', 'ranks', 'messages, all', 'bytes, all', *(f'{way}, {what} [us]' for way in ways for what in ('least', 'median')),
-          *(['coarrays over MPI, least'] if 'coarrays' in ways else [])])
-    scenes = {'block, 1 a cell': lambda out: block_scene(32, 1, 'ordered', 'affine', 1, out),
-              'E2': lambda out: shipped_scene('cone', out, 0.01)}
+        print(
+            '\nCoarrays left out: OpenCoarrays for Open MPI is not there (apt-get install '
+            'libcoarrays-openmpi-dev)'
+        )
+    head(
+        [
+            'scene',
+            'ranks',
+            'messages, all',
+            'bytes, all',
+            *(f'{way}, {what} [us]' for way in ways for what in ('least', 'median')),
+            *(['coarrays over MPI, least'] if 'coarrays' in ways else []),
+        ]
+    )
+    scenes = {
+        'block, 1 a cell': lambda out: block_scene(32, 1, 'ordered', 'affine', 1, out),
+        'E2': lambda out: shipped_scene('cone', out, 0.01),
+    }
     for name, make in scenes.items():
         for ranks in 2, 4:
             tried = {way: [] for way in ways}
             for _ in range(bench.repeats):
                 for way, program in ways.items():
-                    said = subprocess.run(['mpirun', '-n', str(ranks), program], input=make(bench.out()), capture_output=True,
-                                          text=True, check=True, env={'OMPI_MCA_osc': 'pt2pt', **os.environ}).stdout
+                    said = subprocess.run(
+                        ['mpirun', '-n', str(ranks), program],
+                        input=make(bench.out()),
+                        capture_output=True,
+                        text=True,
+                        check=True,
+                        env={'OMPI_MCA_osc': 'pt2pt', **os.environ},
+                    ).stdout
                     tried[way].append(list(map(int, said.split())))
             least = {way: min(t[3] for t in rows) for way, rows in tried.items()}
-            row([name, str(ranks), str(tried['MPI'][0][1]), str(tried['MPI'][0][2]),
-                 *(f'{ns*1e-3:.0f}' for way, rows in tried.items() for ns in (least[way], statistics.median(t[4] for t in rows))),
-                 *([f'{least["coarrays"]/least["MPI"]:.1f}'] if 'coarrays' in ways else [])])
+            row(
+                [
+                    name,
+                    str(ranks),
+                    str(tried['MPI'][0][1]),
+                    str(tried['MPI'][0][2]),
+                    *(
+                        f'{ns * 1e-3:.0f}'
+                        for way, rows in tried.items()
+                        for ns in (least[way], statistics.median(t[4] for t in rows))
+                    ),
+                    *([f'{least["coarrays"] / least["MPI"]:.1f}'] if 'coarrays' in ways else []),
+                ]
+            )
 
 
 def table_laws(bench):
     """Laws by themselves (laws.f90): the least of all repeats, for other jobs only slow a law."""
-    head(['law', 'update below yield [ns]', 'the same over elastic', 'update while it flows [ns]', 'strain energy [ns]'])
+    head(
+        [
+            'law',
+            'update below yield [ns]',
+            'the same over elastic',
+            'update while it flows [ns]',
+            'strain energy [ns]',
+        ]
+    )
     tried = []
     for _ in range(bench.repeats):
-        said = subprocess.run([bench.tools/'laws'], capture_output=True, text=True, check=True).stdout
-        tried.append([(line.split('"')[1], *map(float, line.split('"')[2].split())) for line in said.splitlines()])
+        said = subprocess.run([bench.tools / 'laws'], capture_output=True, text=True, check=True).stdout
+        tried.append(
+            [(line.split('"')[1], *map(float, line.split('"')[2].split())) for line in said.splitlines()]
+        )
     for rows in zip(*tried):
         name, below, beyond, energy = rows[0][0], *(min(row[c] for row in rows) for c in (1, 2, 3))
         elastic = min(row[0][1] for row in tried)
-        row([name, f'{below:.1f}', f'{below/elastic:.1f}', f'{beyond:.1f}', f'{energy:.1f}'])
+        row([name, f'{below:.1f}', f'{below / elastic:.1f}', f'{beyond:.1f}', f'{energy:.1f}'])
 
 
 def table_taichi(bench):
-    """The block in free flight and tumbling with a law of large strains, beside a bare MLS-MPM step in taichi (taichi_mpm.py), in turn on
-    one core. TAICHI_PYTHON names a Python that has taichi; without it the one that runs this. Ratios within a round."""
+    """The block in free flight and tumbling with a law of large strains, beside a bare MLS-MPM step in taichi
+    (taichi_mpm.py), in turn on one core. TAICHI_PYTHON names a Python that has taichi; without it the one
+    that runs this. Ratios within a round."""
     python = os.environ.get('TAICHI_PYTHON', sys.executable)
     if subprocess.run([python, '-c', 'import taichi'], capture_output=True).returncode:
-        print(f'left out: taichi, for {python} has no taichi (pip install taichi; TAICHI_PYTHON names another Python)')
+        print(
+            f'left out: taichi, for {python} has no taichi (pip install taichi; TAICHI_PYTHON names another '
+            'Python)'
+        )
         return
     cells, steps = 30, 120
     pairs = []
     for _ in range(bench.repeats):
-        scene = block_scene(cells, 8, 'disordered', 'affine', steps, bench.out()).replace("model='elastic'", "model='neo_hookean'") \
+        scene = (
+            block_scene(cells, 8, 'disordered', 'affine', steps, bench.out())
+            .replace("model='elastic'", "model='neo_hookean'")
             .replace("transfer='affine'", "transfer='affine', domain='fixed'")
-        said = [subprocess.run([python, ROOT/'test/performance/taichi_mpm.py', str(cells), str(steps), *how], capture_output=True,
-                               text=True, check=True).stdout for how in ([], ['atomic'])]
-        pairs.append((stepping(bench.run(1, scene)), *(float(re.search(r'([\d.]+) ns an update', text)[1]) for text in said)))
+        )
+        said = [
+            subprocess.run(
+                [python, ROOT / 'test/performance/taichi_mpm.py', str(cells), str(steps), *how],
+                capture_output=True,
+                text=True,
+                check=True,
+            ).stdout
+            for how in ([], ['atomic'])
+        ]
+        pairs.append(
+            (
+                stepping(bench.run(1, scene)),
+                *(float(re.search(r'([\d.]+) ns an update', text)[1]) for text in said),
+            )
+        )
     head(['program', 'update [ns]', 'million updates/s and core', 'over gimp3d, median of rounds'])
     ours, theirs, atomic = (statistics.median(column) for column in zip(*pairs))
-    row(['gimp3d, neo_hookean', f'{ours:.0f}', f'{1e3/ours:.2f}', '1'])
-    row(['taichi, MLS-MPM, the same law', f'{theirs:.0f}', f'{1e3/theirs:.2f}', f'{statistics.median(b/a for a, b, _ in pairs):.2f}'])
-    row(['the same, sums as several cores need them', f'{atomic:.0f}', f'{1e3/atomic:.2f}', f'{statistics.median(c/a for a, _, c in pairs):.2f}'])
+    row(['gimp3d, neo_hookean', f'{ours:.0f}', f'{1e3 / ours:.2f}', '1'])
+    row(
+        [
+            'taichi, MLS-MPM, the same law',
+            f'{theirs:.0f}',
+            f'{1e3 / theirs:.2f}',
+            f'{statistics.median(b / a for a, b, _ in pairs):.2f}',
+        ]
+    )
+    row(
+        [
+            'the same, sums as several cores need them',
+            f'{atomic:.0f}',
+            f'{1e3 / atomic:.2f}',
+            f'{statistics.median(c / a for a, _, c in pairs):.2f}',
+        ]
+    )
 
 
 def table_guard(bench):
-    """Runs one after the other, so that a machine that others use too slows all; medians of their ratios. A copy in 200 steps is too
-    little to be seen so: it is made 20 times as often, and what the runs take longer, with all that copies push out of the caches, is
-    divided by 20."""
+    """Runs one after the other, so that a machine that others use too slows all; medians of their ratios. A
+    copy in 200 steps is too little to be seen so: it is made 20 times as often, and what the runs take
+    longer, with all that copies push out of the caches, is divided by 20."""
     often = 20
-    head(['scene', 'ranks', 'stepping [ns an update]', 'guard [ns an update]', 'share [%]',
-          f'more than without, {often} times as often [%]', f'a {often}th of it [%]', 'with over a program without a guard'])
-    scenes = {'block, disordered': (1, lambda out: block_scene(24, 8, 'disordered', 'affine', 200, out)),
-              'block, ordered': (1, lambda out: block_scene(24, 8, 'ordered', 'affine', 200, out)),
-              'E2, first half': (1, lambda out: shipped_scene('cone', out, 0.5, history=False))}
+    head(
+        [
+            'scene',
+            'ranks',
+            'stepping [ns an update]',
+            'guard [ns an update]',
+            'share [%]',
+            f'more than without, {often} times as often [%]',
+            f'a {often}th of it [%]',
+            'with over a program without a guard',
+        ]
+    )
+    scenes = {
+        'block, disordered': (1, lambda out: block_scene(24, 8, 'disordered', 'affine', 200, out)),
+        'block, ordered': (1, lambda out: block_scene(24, 8, 'ordered', 'affine', 200, out)),
+        'E2, first half': (1, lambda out: shipped_scene('cone', out, 0.5, history=False)),
+    }
     silent = lambda c: stepping(c) - c.get('output', 0.0)
     for name, (ranks, make) in scenes.items():
         given, many, off, before = [], [], [], []
         with_guard = bench.gimp3d
         for _ in range(bench.repeats):
             given.append(bench.run(ranks, make(bench.out())))
-            many.append(bench.run(ranks, make(bench.out()) + f'&guard save_every={200//often} /\n'))
-            off.append(bench.run(ranks, make(bench.out()) + '&guard memory=0, energy_limit=0, save_every=100000000 /\n'))
+            many.append(bench.run(ranks, make(bench.out()) + f'&guard save_every={200 // often} /\n'))
+            off.append(
+                bench.run(
+                    ranks, make(bench.out()) + '&guard memory=0, energy_limit=0, save_every=100000000 /\n'
+                )
+            )
             if bench.before:
                 bench.gimp3d = bench.before
                 before.append(bench.run(ranks, make(bench.out())))
                 bench.gimp3d = with_guard
         c = median_costs(given)
-        ratio = lambda some, others: statistics.median(silent(a)/silent(b) for a, b in zip(some, others))
-        more = 100*(ratio(many, off) - 1)
-        row([name, str(ranks), f'{silent(c):.1f}', f'{c["guard"]:.2f}', f'{100*c["guard"]/silent(c):.2f}', f'{more:.1f}',
-             f'{more/often:.2f}', f'{ratio(given, before):.4f}' if before else ''])
+        ratio = lambda some, others: statistics.median(silent(a) / silent(b) for a, b in zip(some, others))
+        more = 100 * (ratio(many, off) - 1)
+        row(
+            [
+                name,
+                str(ranks),
+                f'{silent(c):.1f}',
+                f'{c["guard"]:.2f}',
+                f'{100 * c["guard"] / silent(c):.2f}',
+                f'{more:.1f}',
+                f'{more / often:.2f}',
+                f'{ratio(given, before):.4f}' if before else '',
+            ]
+        )
 
 
 def table_crystals(bench):
-    """The impact of input/polycrystal.nml with several laws in turn: what a particle-step takes, and over that of j2."""
-    laws = {'j2': "model='j2', density=8960, young=124e9, poisson=0.34, yield_stress=92e6, hardening_modulus=200e6",
-            'cubic': "model='cubic', density=8960, c11=170e9, c12=124e9, c44=75e9", 'crystal': None}
+    """The impact of input/polycrystal.nml with several laws in turn: what a particle-step takes, and over
+    that of j2."""
+    laws = {
+        'j2': "model='j2', density=8960, young=124e9, poisson=0.34, yield_stress=92e6, "
+        "hardening_modulus=200e6",
+        'cubic': "model='cubic', density=8960, c11=170e9, c12=124e9, c44=75e9",
+        'crystal': None,
+    }
+
     def scene(name, out):
         text = shipped_scene('polycrystal', out, 0.5)
         if laws[name]:
             text = re.sub(r"model='crystal'[^/]*/", laws[name] + ' /', text)
         return re.sub(r'^&grains.*/', '', text, flags=re.M) if name == 'j2' else text
+
     head(['law', 'stress [ns]', 'all of a step [ns]', 'over j2'])
     rounds = bench.in_turn(1, [lambda out, name=name: scene(name, out) for name in laws])
     of = dict(zip(laws, zip(*rounds)))
     for name in laws:
         c = median_costs(of[name])
-        row([name, f'{c["stress"]:.0f}', f'{stepping(c):.0f}',
-             f'{statistics.median(stepping(a)/stepping(b) for a, b in zip(of[name], of["j2"])):.2f}'])
+        row(
+            [
+                name,
+                f'{c["stress"]:.0f}',
+                f'{stepping(c):.0f}',
+                f'{statistics.median(stepping(a) / stepping(b) for a, b in zip(of[name], of["j2"])):.2f}',
+            ]
+        )
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument('work', type=pathlib.Path)
     parser.add_argument('gimp3d')
     parser.add_argument('tools', type=pathlib.Path)
@@ -483,19 +875,41 @@ def main():
     args.work.mkdir(parents=True, exist_ok=True)
     bench = Bench(args.work, args.gimp3d, args.tools, args.repeats)
     bench.before = args.before and args.before.resolve()
-    bench.coarrays = args.coarrays and args.coarrays.resolve()/'halo'
+    bench.coarrays = args.coarrays and args.coarrays.resolve() / 'halo'
     begun = time.time()
-    tables = {'block': table_block, 'contact': table_contact, 'compliance': table_compliance, 'pairs': table_pairs,
-              'growth': table_growth, 'large': table_large, 'model': table_model, 'levels': table_levels, 'guard': table_guard, 'laws': table_laws, 'taichi': table_taichi,
-              'crystals': table_crystals, 'checkpoint': table_checkpoint, 'halo': table_halo}
+    tables = {
+        'block': table_block,
+        'contact': table_contact,
+        'compliance': table_compliance,
+        'pairs': table_pairs,
+        'growth': table_growth,
+        'large': table_large,
+        'model': table_model,
+        'levels': table_levels,
+        'guard': table_guard,
+        'laws': table_laws,
+        'taichi': table_taichi,
+        'crystals': table_crystals,
+        'checkpoint': table_checkpoint,
+        'halo': table_halo,
+    }
     for name in args.only or tables:
         tables[name](bench)
-    processor = next((line.split(':')[1].strip() for line in open('/proc/cpuinfo') if line.startswith('model name')),
-                     platform.machine()) if pathlib.Path('/proc/cpuinfo').exists() else platform.machine()
+    processor = (
+        next(
+            (line.split(':')[1].strip() for line in open('/proc/cpuinfo') if line.startswith('model name')),
+            platform.machine(),
+        )
+        if pathlib.Path('/proc/cpuinfo').exists()
+        else platform.machine()
+    )
     bench.probe()
-    print(f'\nProcessor: {processor}. {args.build} Probes, least to most over the session: multiply-add {min(bench.gflops):.1f} to '
-          f'{max(bench.gflops):.1f} GFLOP/s a core, copy {min(bench.gbytes):.1f} to {max(bench.gbytes):.1f} GB/s. '
-          f'Medians of {args.repeats} (contact: 3, large: one run); {time.time() - begun:.0f} s in all.')
+    print(
+        f'\nProcessor: {processor}. {args.build} Probes, least to most over the session: multiply-add '
+        f'{min(bench.gflops):.1f} to '
+        f'{max(bench.gflops):.1f} GFLOP/s a core, copy {min(bench.gbytes):.1f} to {max(bench.gbytes):.1f} '
+        f'GB/s. Medians of {args.repeats} (contact: 3, large: one run); {time.time() - begun:.0f} s in all.'
+    )
 
 
 if __name__ == '__main__':

@@ -1,6 +1,9 @@
-"""documents.py ROOT: what is wrong with the documents of a tree, a line each; exit status 1 if anything is."""
+"""documents.py ROOT: what is wrong with the documents of a tree, a line each; exit status 1 if anything
+is."""
+
 import re
 import sys
+import tokenize
 from pathlib import Path
 
 COLUMNS = 110
@@ -25,16 +28,23 @@ def prose(text):
             inside = "```"
         elif stripped.startswith("$$"):
             inside = None if len(stripped) > 4 and stripped.endswith("$$") else "$$"
-        elif not stripped.startswith(("|", "#", "<")) and not (line.startswith("    ") and not before.strip()):
+        elif not stripped.startswith(("|", "#", "<")) and not (
+            line.startswith("    ") and not before.strip()
+        ):
             yield number, line
         before = line if not (line.startswith("    ") and not before.strip()) else ""
 
 
 def anchors(text):
-    return {re.sub(r"[^\w\- ]", "", heading.strip().lower()).replace(" ", "-") for heading in re.findall(r"^#+ (.*)$", text, re.M)}
+    return {
+        re.sub(r"[^\w\- ]", "", heading.strip().lower()).replace(" ", "-")
+        for heading in re.findall(r"^#+ (.*)$", text, re.M)
+    }
 
 
-pages = [root / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")] + sorted(root.glob("doc/**/*.md"))
+pages = [root / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")] + sorted(
+    root.glob("doc/**/*.md")
+)
 tags = set(re.findall(r"\\tag\{([\w-]+)\}", (root / "doc/developer/theory.md").read_text()))
 for page in pages:
     text = page.read_text()
@@ -53,13 +63,19 @@ for page in pages:
 
 # The notebook and the changelog may name what is gone, and a worked example what is to be made.
 to_be_made = {"src/physics/kelvin_voigt.f90", "src/physics/shaking.f90", "src/geometry/torus.f90"}
-texts = [path for folder in ("src", "test", "post", "input", "tools") for path in sorted(root.glob(f"{folder}/**/*"))
-         if path.suffix in (".f90", ".F90", ".py", ".sh", ".nml", ".toml") and "documents" not in path.name]
+texts = [
+    path
+    for folder in ("src", "test", "post", "input", "tools")
+    for path in sorted(root.glob(f"{folder}/**/*"))
+    if path.suffix in (".f90", ".F90", ".py", ".sh", ".nml", ".toml") and "documents" not in path.name
+]
 for path in [root / "Makefile"] + pages + texts:
     if "notebook" in path.parts or path.name == "CHANGELOG.md":
         continue
     text = path.read_text()
-    for names in re.findall(r"theory\.md, eqs?\.? ([a-z][\w-]*\w(?![\w*-])(?:(?:, | and )[a-z]+-[\w-]*[a-z])*)", text):
+    for names in re.findall(
+        r"theory\.md, eqs?\.? ([a-z][\w-]*\w(?![\w*-])(?:(?:, | and )[a-z]+-[\w-]*[a-z])*)", text
+    ):
         for name in re.split(", | and ", names):
             if name not in tags:
                 say(path, f"theory.md, eq. {name}: no such equation")
@@ -67,27 +83,38 @@ for path in [root / "Makefile"] + pages + texts:
         if not (root / name).exists():
             say(path, f"{name}: no such file")
     if path in pages:
-        for name in set(re.findall(r"`((?:src|test|post|input|tools)/[a-z0-9_/.]+\.\w+)`", text)) - to_be_made:
+        for name in (
+            set(re.findall(r"`((?:src|test|post|input|tools)/[a-z0-9_/.]+\.\w+)`", text)) - to_be_made
+        ):
             if not (root / name).exists():
                 say(path, f"{name}: no such file")
 
 scene = re.search(r"^```fortran\n(.*?)^```", (root / "README.md").read_text(), re.M | re.S)[1]
-shipped = "".join(line for line in (root / "input/hertz.nml").read_text().splitlines(True) if not line.startswith("!"))
+shipped = "".join(
+    line for line in (root / "input/hertz.nml").read_text().splitlines(True) if not line.startswith("!")
+)
 if scene != shipped:
     wrong.append("the README's scene is not that of input/hertz.nml")
 
-floors = re.findall(r"^\*\*(\w+)\*\*", (root / "doc/developer/design.md").read_text().split("## Five ideas")[0], re.M)
+floors = re.findall(
+    r"^\*\*(\w+)\*\*", (root / "doc/developer/design.md").read_text().split("## Five ideas")[0], re.M
+)
 sources = sorted(path for path in root.glob("src/**/*") if path.suffix in (".f90", ".F90"))
 module_of = {name: path for path in sources for name in re.findall(r"^module (\w+)", path.read_text(), re.M)}
 for path in sources:
     for name in re.findall(r"^[^!\n]*\buse (m_\w+)", path.read_text(), re.M):
         here, there = path.parent.name, module_of[name].parent.name
         if floors.index(there) < floors.index(here):
-            say(path, f"uses {name} of {there}, which is further up than {here} (doc/developer/design.md, Floors)")
+            say(
+                path,
+                f"uses {name} of {there}, which is further up than {here} (doc/developer/design.md, Floors)",
+            )
 
 MODULE_LINES, PROCEDURE_LINES, COLUMNS = 450, 60, 110
-opening = re.compile(r"^\s*(?:(?:pure|elemental|recursive|impure|module|logical|integer|real|type|character|complex)"
-                     r"(?:\([^)]*\))?\s+)*(?:function|subroutine)\s+(\w+)|^\s*module procedure\s+(\w+)\s*$")
+opening = re.compile(
+    r"^\s*(?:(?:pure|elemental|recursive|impure|module|logical|integer|real|type|character|complex)"
+    r"(?:\([^)]*\))?\s+)*(?:function|subroutine)\s+(\w+)|^\s*module procedure\s+(\w+)\s*$"
+)
 
 
 def procedures(lines):
@@ -115,6 +142,17 @@ for path in sources + sorted(path for path in root.glob("test/**/*") if path.suf
         if len(line) > COLUMNS:
             say(path, f"line {number} has {len(line)} columns, more than {COLUMNS}")
 
+# Texts of several lines, such as scenes, are left as they are.
+for path in sorted(path for folder in ("post", "test", "tools") for path in root.glob(f"{folder}/**/*.py")):
+    within = set()
+    with open(path, "rb") as file:
+        for token in tokenize.tokenize(file.readline):
+            if token.type == tokenize.STRING and token.end[0] > token.start[0]:
+                within.update(range(token.start[0], token.end[0] + 1))
+    for number, line in enumerate(path.read_text().splitlines(), 1):
+        if len(line) > COLUMNS and number not in within:
+            say(path, f"line {number} has {len(line)} columns, more than {COLUMNS}")
+
 codes = {}
 for path in sources:
     lines = path.read_text().splitlines()
@@ -133,5 +171,7 @@ for path, code in codes.items():
         if not re.search(rf"(?i)(?:\b|_){re.escape(name)}\b", body):
             say(path, f"imports {name} and does not use it")
 
-print("\n".join(wrong) if wrong else f"   {len(pages)} pages, {len(tags)} equations, {len(module_of)} modules")
+print(
+    "\n".join(wrong) if wrong else f"   {len(pages)} pages, {len(tags)} equations, {len(module_of)} modules"
+)
 sys.exit(bool(wrong))

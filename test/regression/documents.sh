@@ -8,7 +8,7 @@ check() { "$PYTHON" "$ROOT/test/regression/documents.py" "$1"; }
 check "$ROOT" || fail 'documents'
 
 mkdir tree
-for part in README.md CHANGELOG.md CONTRIBUTING.md Makefile LICENSE CITATION.cff doc src test post input tools; do
+for part in README.md CHANGELOG.md CONTRIBUTING.md Makefile LICENSE CITATION.cff ruff.toml doc src test post input tools; do
    cp -r "$ROOT/$part" tree/
 done
 : >expected
@@ -26,6 +26,7 @@ planted 'kinds.f90: uses m_model of stepping, which is further up' src/base/kind
 echo 'kinds.f90: imports model_t and does not use it' >>expected
 planted 'kinds.f90: .* lines, more than 450' src/base/kinds.f90 "$(yes '!' | head -450)"
 planted 'kinds.f90: line .* has 118 columns' src/base/kinds.f90 "! $(printf 'word%.0s' $(seq 29))"
+planted 'compare.py: line .* has 121 columns' test/harness/compare.py "\n# $(printf 'word %.0s' $(seq 23))tail"
 planted "the README's scene" input/hertz.nml '&gravity acceleration=0,0,1 /'
 if check tree >planted.log; then fail 'nothing planted was noticed'; fi
 while read -r fault; do grep -q -- "$fault" planted.log || { cat planted.log; fail "not noticed: $fault"; }; done <expected

@@ -1,8 +1,9 @@
 """The two halves of extending.sh.
 
-extract TEXT TREE   put the Fortran blocks of TEXT where the paragraph before each says: a new file, a line of a list, a scene (here)
-check RUN LOG       compare what the run of the law and the effect wrote and said with the exact answer that TEXT gives
-ring RUN            the same of the run of the shape"""
+extract TEXT TREE   put the Fortran blocks of TEXT where the paragraph before each says: a new file, a line of
+a list, a scene (here) check RUN LOG       compare what the run of the law and the effect wrote and said with
+the exact answer that TEXT gives ring RUN            the same of the run of the shape"""
+
 import cmath
 import re
 import sys
@@ -16,7 +17,9 @@ from runs import *
 def extract(text, tree):
     """The last `path` of the paragraph before a block is where it belongs."""
     placed = 0
-    for before, block in re.findall(r"((?:[^\n]+\n)+)\n```fortran\n(.*?)^```", Path(text).read_text(), re.M | re.S):
+    for before, block in re.findall(
+        r"((?:[^\n]+\n)+)\n```fortran\n(.*?)^```", Path(text).read_text(), re.M | re.S
+    ):
         path = re.findall(r"`([\w/]+\.\w+)`", before)[-1]
         if path.endswith(".nml"):
             Path(path).write_text(block)
@@ -49,7 +52,9 @@ def column(t, z, tau):
     u = 0.0
     for n in range(1, 13):
         number = (n - 0.5) * np.pi
-        u = u + 2 * amplitude / number * np.sin(number * z / height) * mode(t, number * speed / height, tau, 2 * np.pi * frequency)
+        u = u + 2 * amplitude / number * np.sin(number * z / height) * mode(
+            t, number * speed / height, tau, 2 * np.pi * frequency
+        )
     return u
 
 
@@ -64,25 +69,44 @@ def check_run(run, log):
     # the law must matter: without its dashpot the answer would be far away
     require("the dashpot takes a third", np.abs(undamped).max() > 1.4 * scale)
     said = Path(log).read_text()
-    require("the effect is on and carries nothing", re.search(r"^effects .*shaking \(0 B a particle\)", said, re.M))
-    require("the law carries six columns", re.search(r"^fields .*velocity_gradient 9, spring_stress 6, together 240 B", said, re.M))
+    require(
+        "the effect is on and carries nothing",
+        re.search(r"^effects .*shaking \(0 B a particle\)", said, re.M),
+    )
+    require(
+        "the law carries six columns",
+        re.search(r"^fields .*velocity_gradient 9, spring_stress 6, together 240 B", said, re.M),
+    )
     require("the effect has its row", re.search(r"^shaking  ", said, re.M))
 
 
 def check_ring(run):
     energy, tool = History(Path(run) / "energy.dat"), History(Path(run) / "tool_ring.dat")
-    x, y, z = np.meshgrid(*[0.05 * (np.arange(-20, 20) + 0.5)] * 3) # the lattice of particles about the centre of a body
+    # the lattice of particles about the centre of a body
+    x, y, z = np.meshgrid(*[0.05 * (np.arange(-20, 20) + 0.5)] * 3)
     ball = np.count_nonzero(x**2 + y**2 + z**2 < 0.4**2)
     ring = np.count_nonzero((np.hypot(x, y) - 0.5) ** 2 + z**2 < 0.15**2)
     require("there is a ball and a ring", abs(ring * 0.05**3 / (2 * np.pi**2 * 0.5 * 0.15**2) - 1) < 0.1)
-    check("mass over that of the lattice places in a ball and a ring, less 1", energy["mass"][0] / (1000 * 0.05**3 * (ball + ring)) - 1, 1e-12)
+    check(
+        "mass over that of the lattice places in a ball and a ring, less 1",
+        energy["mass"][0] / (1000 * 0.05**3 * (ball + ring)) - 1,
+        1e-12,
+    )
     t, load, momentum = tool["time"], tool["load_z"], energy["momentum_z"]
     touched = (0.4 - np.sqrt(0.55**2 - 0.5**2)) / 1.0
-    check("begin of contact off that of a smooth ball, s (0.05: a particle)", t[np.argmax(load < 0)] - touched, 0.05)
+    check(
+        "begin of contact off that of a smooth ball, s (0.05: a particle)",
+        t[np.argmax(load < 0)] - touched,
+        0.05,
+    )
     require("the ball is thrown back", momentum[-1] > -0.5 * momentum[0] > 0 and not load[-1] < 0)
     scale = np.abs(momentum).max()
     impulse = -np.sum(0.5 * (load[1:] + load[:-1]) * np.diff(t))
-    check("impulse of the held ring off the change of momentum, over the first", (impulse - momentum[-1] + momentum[0]) / scale, 0.02)
+    check(
+        "impulse of the held ring off the change of momentum, over the first",
+        (impulse - momentum[-1] + momentum[0]) / scale,
+        0.02,
+    )
     for axis in "xy":
         check(f"momentum along {axis}, over the first", energy[f"momentum_{axis}"] / scale, 1e-3)
     check("overlap, in cells", tool["max_gap_violation"] / 0.1, 0.05)

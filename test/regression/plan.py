@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""A plan beside the run of the same scene: plan.py PLAN.log RUN.log DIRECTORY. The form and what does not depend on the clock: particles,
-blocks, fields and effects are the same lines, steps within 1 % (the same with a given time step), snapshots as many as there are
-files, memory within 10 % (15 where bodies fly through levels: what pools leave as they grow stays in the heap), and node blocks and particles at
-the end within 10 % there. Of times only what they are made of is looked at, for how long a step takes is the machine's affair."""
+"""A plan beside the run of the same scene: plan.py PLAN.log RUN.log DIRECTORY. The form and what does not
+depend on the clock: particles, blocks, fields and effects are the same lines, steps within 1 % (the same with
+a given time step), snapshots as many as there are files, memory within 10 % (15 where bodies fly through
+levels: what pools leave as they grow stays in the heap), and node blocks and particles at the end within 10 %
+there. Of times only what they are made of is looked at, for how long a step takes is the machine's affair."""
+
 import re
 import sys
 from pathlib import Path
@@ -35,23 +37,41 @@ def main():
         wrong.append(f"{planned} steps were planned, {done} done")
     value, unit = find(r"^memory     ([0-9.]+) (\w+) on all", plan, "memory").groups()
     memory = float(value) * FACTORS[unit]
-    taken = float(find(r'AUXDATA memory_B="(.*)"', (directory / "cost.dat").read_text(), "memory in cost.dat")[1])
+    taken = float(
+        find(r'AUXDATA memory_B="(.*)"', (directory / "cost.dat").read_text(), "memory in cost.dat")[1]
+    )
     if abs(memory / taken - 1) > (0.15 if "flying" in sys.argv else 0.1):
         wrong.append(f"{memory} B were planned, {taken} B taken")
     if "flying" in sys.argv:
-        most = [int(number) for number in find(r"^flight     at most (\d+) node blocks and (\d+) particles", plan, "flight").groups()]
+        most = [
+            int(number)
+            for number in find(
+                r"^flight     at most (\d+) node blocks and (\d+) particles", plan, "flight"
+            ).groups()
+        ]
         with h5py.File(max(directory.glob("particles_*.h5"))) as file:
-            there = [int(find(r'AUXDATA node_blocks="(\d+)"', (directory / "cost.dat").read_text(), "node blocks in cost.dat")[1]),
-                     int(file["VTKHDF/NumberOfPoints"][0])]
+            there = [
+                int(
+                    find(
+                        r'AUXDATA node_blocks="(\d+)"',
+                        (directory / "cost.dat").read_text(),
+                        "node blocks in cost.dat",
+                    )[1]
+                ),
+                int(file["VTKHDF/NumberOfPoints"][0]),
+            ]
         for what, one, other in zip(("node blocks", "particles"), most, there):
             if abs(one / other - 1) > 0.1:
                 wrong.append(f"{one} {what} were planned, {other} are there in the end")
         print(f"   {most[0]} node blocks planned, {there[0]} in the end; {most[1]} particles, {there[1]}")
-    # how long a particle-step takes is this machine's affair; how many there are, and that the time is made of the rows, is the plan's
+    # how long a particle-step takes is this machine's affair; how many there are, and that the time is made
+    # of the rows, is the plan's
     one, other = (int(find(r"^(\d+) particle-steps on", text, "particle-steps")[1]) for text in (plan, run))
     if not (0.6 if "flying" in sys.argv else 0.9) < one / other < (1.6 if "flying" in sys.argv else 1.1):
         wrong.append(f"{one} particle-steps were planned, {other} done")
-    time, before, unit = find(r"^time       .*\(([0-9.e+-]+) s\), of that (\S+) (\w+) until", plan, "time").groups()
+    time, before, unit = find(
+        r"^time       .*\(([0-9.e+-]+) s\), of that (\S+) (\w+) until", plan, "time"
+    ).groups()
     rows = float(find(r"^all +\S+ +(\S+)", plan, "row of all")[1])
     before = float(before) * {"s": 1, "ms": 1e-3, "us": 1e-6}[unit]
     if abs(float(time) - before - rows) > 0.002 + 0.02 * float(time):
@@ -60,8 +80,12 @@ def main():
     written = len(list(directory.glob("particles_*.h5")))
     if snapshots != written:
         wrong.append(f"{snapshots} snapshots were planned, {written} written")
-    rows = {name: [float(value) for value in values.split()] for name, values in
-            re.findall(r"^([a-z0-9].{50}) +((?:[0-9.]+ +){3}[0-9.]+)$", plan[plan.index("what if"):], re.M)}
+    rows = {
+        name: [float(value) for value in values.split()]
+        for name, values in re.findall(
+            r"^([a-z0-9].{50}) +((?:[0-9.]+ +){3}[0-9.]+)$", plan[plan.index("what if") :], re.M
+        )
+    }
     rows = {name.strip(): values for name, values in rows.items()}
     others = [name for name in rows if name.endswith("particles a cell")]
     shorter = "half the time_step" if "given step" in sys.argv else "half the safety"
@@ -71,9 +95,10 @@ def main():
     if len(others) < 2:
         wrong.append(f"what if: particles a cell: {others}")
     if not wrong:
-        # Times are this machine's; what twice the steps, and eight times the particles, are made of is the plan's own: output is written as often. Printed to 1 ms; and
+        # Times are this machine's; what twice the steps, and eight times the particles, are made of is the
+        # plan's own: output is written as often. Printed to 1 ms; and
         # half as long a step may take one more or less than twice the steps.
-        output = float(find(r"^output +([0-9.]+) ", plan[plan.index("seconds  "):], "row of output")[1])
+        output = float(find(r"^output +([0-9.]+) ", plan[plan.index("seconds  ") :], "row of output")[1])
         once = rows["as it is"][0]
         one_step = (once - output) / planned
         if abs(rows[shorter][0] - (2 * once - output)) > 0.002 + 1.01 * one_step or once <= output:
@@ -83,12 +108,17 @@ def main():
         times = [rows[name][0] for name in sorted(others, key=lambda name: int(name.split()[0]))]
         if times != sorted(times):
             wrong.append(f"particles a cell: {rows}")
-    off = find(r"^expected at step \d+: .* in all; it took .* % (?:more|less) and (\S+) % (?:more|less) than that", run,
-               "comparison with what was expected")
+    off = find(
+        r"^expected at step \d+: .* in all; it took .* % (?:more|less) and (\S+) % (?:more|less) than that",
+        run,
+        "comparison with what was expected",
+    )
     if float(off[1]) > 15:
         wrong.append(f"of memory the run took {off[1]} % more or less than it expected")
     find(r"^stress: estimated error [0-9.e-]+ % of its energy norm", run, "estimate of the error")
-    print(f"   {planned} steps planned, {done} done; {memory / 1e6:.1f} MB planned, {taken / 1e6:.1f} MB taken")
+    print(
+        f"   {planned} steps planned, {done} done; {memory / 1e6:.1f} MB planned, {taken / 1e6:.1f} MB taken"
+    )
     for sentence in wrong:
         print(f"FAILED: {sentence}")
     return len(wrong)

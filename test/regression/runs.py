@@ -1,4 +1,6 @@
-"""What the scripts of this suite measure in runs: figures with their bounds, and files that must be the same to the bit."""
+"""What the scripts of this suite measure in runs: figures with their bounds, and files that must be the same
+to the bit."""
+
 import sys
 from pathlib import Path
 
@@ -57,9 +59,16 @@ def stress(directory):
 def conserved(directory, of_mass, of_momentum, of_angular):
     """Mass, momentum, angular momentum over a run, relative to what is there."""
     history = energy(directory)
-    mass, momentum, angular = history["mass"], vector(history, "momentum"), vector(history, "angular_momentum")
+    mass, momentum, angular = (
+        history["mass"],
+        vector(history, "momentum"),
+        vector(history, "angular_momentum"),
+    )
     masses = [one.fields["mass"][np.argsort(one.ids)] for one in snapshots(directory)]
-    require(f"{directory}: every particle keeps its mass to the bit", all(np.array_equal(masses[0], m) for m in masses))
+    require(
+        f"{directory}: every particle keeps its mass to the bit",
+        all(np.array_equal(masses[0], m) for m in masses),
+    )
     check(f"{directory}: change of the sum of masses, relative", mass / mass[0] - 1, of_mass)
     scale = max(np.linalg.norm(momentum[0]), np.sqrt(2 * mass[0] * history["kinetic"][0]))
     check(f"{directory}: change of momentum over |momentum|", (momentum - momentum[0]) / scale, of_momentum)
@@ -72,11 +81,13 @@ def everything(path):
     """All data sets and attributes of a file, by name."""
     found = {}
     with h5py.File(path, "r") as file:
+
         def take(name, thing):
             for key, value in thing.attrs.items():
                 found[f"{name}@{key}"] = np.asarray(value)
             if isinstance(thing, h5py.Dataset):
                 found[name] = thing[...]
+
         take("/", file)
         file.visititems(take)
     return found
@@ -84,13 +95,22 @@ def everything(path):
 
 def same_bits(one, other):
     """Every file of particles and every history of two runs, to the bit and in the same order."""
-    names = [sorted(path.name for pattern in ("particles_*.h5", "energy.dat", "probe_*.dat") for path in Path(run).glob(pattern))
-             for run in (one, other)]
+    names = [
+        sorted(
+            path.name
+            for pattern in ("particles_*.h5", "energy.dat", "probe_*.dat")
+            for path in Path(run).glob(pattern)
+        )
+        for run in (one, other)
+    ]
     require(f"{one} and {other} hold the same files", names[0] == names[1] and len(names[0]) > 2)
     compared = 0
     for name in names[0]:
         if name.endswith(".dat"):
-            require(f"{name} of {one} and {other}", (Path(one) / name).read_bytes() == (Path(other) / name).read_bytes())
+            require(
+                f"{name} of {one} and {other}",
+                (Path(one) / name).read_bytes() == (Path(other) / name).read_bytes(),
+            )
             continue
         a, b = everything(Path(one) / name), everything(Path(other) / name)
         require(f"{name} of {one} and {other}: the same tables", a.keys() == b.keys())

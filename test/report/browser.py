@@ -1,8 +1,8 @@
 """Opens pages in headless Chromium and says what it finds there.
 
-Each page is given a script of the test's own and stands in a frame of its width, for browsers have a least width of their own. The
-script tells the page around it what it finds, which writes it where --dump-dom shows it. One browser opens all of them.
-"""
+Each page is given a script of the test's own and stands in a frame of its width, for browsers have a least
+width of their own. The script tells the page around it what it finds, which writes it where --dump-dom shows
+it. One browser opens all of them."""
 
 import html
 import json
@@ -106,7 +106,9 @@ def look(chromium, pages):
             capture_output=True,
             text=True,
         )
-    found = [re.search(rf'<pre id="found-{number}">(.+?)</pre>', done.stdout, re.S) for number in range(len(pages))]
+    found = [
+        re.search(rf'<pre id="found-{number}">(.+?)</pre>', done.stdout, re.S) for number in range(len(pages))
+    ]
     if not any(found):
         raise SystemExit(f"the browser shows nothing: {done.stderr[-2000:]}")
     return [one and json.loads(html.unescape(one[1])) for one in found]

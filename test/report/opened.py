@@ -31,14 +31,20 @@ def faults_of(found, page, width):
             faults.append(f"the chart {name} is not drawn")
             continue
         first = chart["views"][0]["series"]
-        points = [sum(value is not None for value in one["y"]) for one in first if one.get("mark") != "points"]
+        points = [
+            sum(value is not None for value in one["y"]) for one in first if one.get("mark") != "points"
+        ]
         if shown["curves"] != points:
             faults.append(f"{name}: curves of {shown['curves']} points, not {points}")
         if shown["wide"] > width or shown["wide"] < 0.3 * min(width, 800) or shown["high"] < 200:
             faults.append(f"{name} is {shown['wide']} x {shown['high']}")
         if not all(axis in shown["read"] for axis in (one["name"] for one in chart["axes"])):
             faults.append(f"{name} reads out: {shown['read']}")
-        if shown["zoomed"] == shown["labels"] or shown["back"] != shown["labels"] or shown["key"] == shown["read"]:
+        if (
+            shown["zoomed"] == shown["labels"]
+            or shown["back"] != shown["labels"]
+            or shown["key"] == shown["read"]
+        ):
             faults.append(f"{name} does not zoom, come back or go on by keys")
         if len(chart["views"]) > 1 and shown["views"] != [True] * len(chart["views"]):
             faults.append(f"{name}: not every view is drawn: {shown['views']}")
@@ -47,7 +53,8 @@ def faults_of(found, page, width):
     return faults
 
 
-# Page, width, and what was planted: of that every word is to be found in a fault; a page without must have none
+# Page, width, and what was planted: of that every word is to be found in a fault; a page without must have
+# none
 cases = [
     ("run/report.html", 400, ()),
     ("run/report.html", 1600, ()),
@@ -61,7 +68,8 @@ planted = {
         [
             (
                 "<main>",
-                '<main><div style="width:500px">x</div><p style="font-size:9px">x</p><img src="http://127.0.0.1:9/x.png" alt="x">',
+                '<main><div style="width:500px">x</div><p style="font-size:9px">x</p><img '
+                'src="http://127.0.0.1:9/x.png" alt="x">',
             ),
             (
                 '<figure id="section-0"><img src="data:image/png;base64,iVBO',

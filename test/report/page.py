@@ -44,7 +44,8 @@ class Page(HTMLParser):
         return [
             element
             for element in self.elements
-            if element[0] == tag and all(element[1].get(key.rstrip("_")) == value for key, value in attributes.items())
+            if element[0] == tag
+            and all(element[1].get(key.rstrip("_")) == value for key, value in attributes.items())
         ]
 
     def by_id(self, name):
@@ -80,8 +81,13 @@ class Page(HTMLParser):
                 self.faults.append(f"the axes of {name} differ in length")
             for view in chart["views"]:
                 for series in view["series"]:
-                    if len(series["y"]) != len(series.get("x", chart["axes"][0]["values"])) or not series["y"]:
-                        self.faults.append(f"{name}, {series['name']}: x and y differ in length, or are empty")
+                    if (
+                        len(series["y"]) != len(series.get("x", chart["axes"][0]["values"]))
+                        or not series["y"]
+                    ):
+                        self.faults.append(
+                            f"{name}, {series['name']}: x and y differ in length, or are empty"
+                        )
         if len(self.all("h1")) != 1 or len(self.all("title")) != 1 or len(self.all("main")) != 1:
             self.faults.append("not one h1, one title and one main")
 
@@ -119,7 +125,11 @@ def png_size(data):
     at, packed = 8, b""
     while at < len(data):
         (length,) = struct.unpack(">I", data[at : at + 4])
-        kind, body, sum_ = data[at + 4 : at + 8], data[at + 8 : at + 8 + length], data[at + 8 + length : at + 12 + length]
+        kind, body, sum_ = (
+            data[at + 4 : at + 8],
+            data[at + 8 : at + 8 + length],
+            data[at + 8 + length : at + 12 + length],
+        )
         if zlib.crc32(kind + body) != struct.unpack(">I", sum_)[0]:
             raise ValueError("a wrong checksum")
         if kind == b"IHDR":

@@ -43,7 +43,9 @@ def whole_run():
     check(
         "the policy",
         "default-src 'none'"
-        in (page.all("meta", **{"http-equiv": "Content-Security-Policy"}) or [["", {"content": ""}]])[0][1]["content"],
+        in (page.all("meta", **{"http-equiv": "Content-Security-Policy"}) or [["", {"content": ""}]])[0][1][
+            "content"
+        ],
     )
     wanted = {
         "warnings",
@@ -63,7 +65,14 @@ def whole_run():
     }
     wanted |= {
         f"{what}{near_by}"
-        for what in ("section-0", "section-1", "section-2", "surface-height", "surface-strain", "surface-stress")
+        for what in (
+            "section-0",
+            "section-1",
+            "section-2",
+            "surface-height",
+            "surface-strain",
+            "surface-stress",
+        )
         for near_by in ("", "-near")
     }
     check("every picture", wanted <= set(page.ids), wanted - set(page.ids))
@@ -74,22 +83,29 @@ def whole_run():
     load = next(view for view in chart["views"] if view["name"] == "load, full body")["series"]
     check(
         "load of the full body",
-        all(near(a, b) for a, b in zip(load[0]["y"], 4 * history["load_z"])) and len(load[0]["y"]) == history.rows,
+        all(near(a, b) for a, b in zip(load[0]["y"], 4 * history["load_z"]))
+        and len(load[0]["y"]) == history.rows,
     )
     check("depth", all(near(a, b) for a, b in zip(chart["axes"][0]["values"], history["depth"])))
     check("theory beside it", [one["name"] for one in load[1:]] == ["Sneddon (half-space)"], load[1:])
     modulus = 70e9 / (1 - 0.33**2)
     deepest = load[1]["x"][-1]
     check(
-        "Sneddon's load", near(load[1]["y"][-1], 2 / np.pi * modulus * np.tan(np.radians(70.3)) * deepest**2), load[1]["y"][-1]
+        "Sneddon's load",
+        near(load[1]["y"][-1], 2 / np.pi * modulus * np.tan(np.radians(70.3)) * deepest**2),
+        load[1]["y"][-1],
     )
     energy, drawn = History(Path("run/energy.dat")), page.charts["chart-energy"]["views"]
     plastic = next(one for one in drawn[0]["series"] if one["name"] == "plastic")
     check("plastic work", near(plastic["y"][-1], energy["plastic"][-1]), plastic["y"][-1])
-    check("balance error in per cent", near(drawn[1]["series"][0]["y"][-1], 100 * energy["balance_error"][-1]))
+    check(
+        "balance error in per cent", near(drawn[1]["series"][0]["y"][-1], 100 * energy["balance_error"][-1])
+    )
     probes = page.charts["chart-probes"]["views"][0]["series"]
     check("both probes", [one["name"] for one in probes] == ["below", "beside"], probes)
-    check("a probe's stress", near(probes[1]["y"][-1], History(Path("run/probe_beside.dat"))["von_mises"][-1]))
+    check(
+        "a probe's stress", near(probes[1]["y"][-1], History(Path("run/probe_beside.dat"))["von_mises"][-1])
+    )
 
     # Every value of case.nml, with its unit
     for words in (
@@ -134,14 +150,25 @@ def whole_run():
     repeat = section(page, "repeat")
     import hashlib
 
-    for words in ("mpirun -n 1 ./gimp3d < run/case.nml", hashlib.sha256(Path("run/case.nml").read_bytes()).hexdigest(), "GCC"):
+    for words in (
+        "mpirun -n 1 ./gimp3d < run/case.nml",
+        hashlib.sha256(Path("run/case.nml").read_bytes()).hexdigest(),
+        "GCC",
+    ):
         check(f"how to repeat it says {words}", words in repeat, repeat[:400])
-    version = [line for line in (project / "src/base/constants.f90").read_text().splitlines() if "program_version" in line][
-        0
-    ].split("'")[1]
+    version = [
+        line
+        for line in (project / "src/base/constants.f90").read_text().splitlines()
+        if "program_version" in line
+    ][0].split("'")[1]
     check("the version", f"gimp3d {version}," in repeat, repeat[:400])
     hardness = section(page, "hardness")
-    for words in ("max depth50 nm", "hardness true9.5 GPa", "area true2.5 \N{MICRO SIGN}m\N{SUPERSCRIPT TWO}", "pile up-"):
+    for words in (
+        "max depth50 nm",
+        "hardness true9.5 GPa",
+        "area true2.5 \N{MICRO SIGN}m\N{SUPERSCRIPT TWO}",
+        "pile up-",
+    ):
         check(f"hardness says {words}", words in hardness, hardness)
 
 
@@ -167,7 +194,11 @@ def others():
             ["section-0", "chart-tool-cone"],
             ["time-bars"],
         ),
-        "tecplot": (["Tecplot snapshots only"], ["chart-tool-cone", "time-bars"], ["section-0", "surface-height"]),
+        "tecplot": (
+            ["Tecplot snapshots only"],
+            ["chart-tool-cone", "time-bars"],
+            ["section-0", "surface-height"],
+        ),
         "bare": (
             ["run.log is missing", "Not there: energy.dat", "Not there: tool_cone.dat", "wrote no snapshot"],
             ["scene"],
@@ -211,11 +242,19 @@ def others():
         page = Page(f"{name}/report.html")
         check(f"the page of {name}", not page.faults, page.faults)
         for word in words:
-            check(f"the page of {name} says '{word}'", word in section(page, "warnings"), section(page, "warnings"))
+            check(
+                f"the page of {name} says '{word}'",
+                word in section(page, "warnings"),
+                section(page, "warnings"),
+            )
         check(f"the page of {name} has", set(there) <= set(page.ids), set(there) - set(page.ids))
         check(f"the page of {name} has not", not set(absent) & set(page.ids), set(absent) & set(page.ids))
     fine = section(Page("run/report.html"), "warnings")
-    check("a good run raises no alarm", "Not there" not in fine and "cannot" not in fine and "WARNING" not in fine, fine)
+    check(
+        "a good run raises no alarm",
+        "Not there" not in fine and "cannot" not in fine and "WARNING" not in fine,
+        fine,
+    )
 
 
 def verdicts():
@@ -243,9 +282,13 @@ def verdicts():
     }
     for quantity, (name, value) in bad.items():
         for number, verdict in ((value, "look at it"), (good[name], "good")):
-            rows = {row.quantity: row.verdict for row in judge(log, {**notes, name: str(number)}, energy, tools)}
+            rows = {
+                row.quantity: row.verdict for row in judge(log, {**notes, name: str(number)}, energy, tools)
+            }
             changed = {one for one in rows if rows[one] != before[one] and one != quantity}
-            check(f"{quantity} at {name}={number:g}", rows[quantity] == verdict and not changed, (rows, changed))
+            check(
+                f"{quantity} at {name}={number:g}", rows[quantity] == verdict and not changed, (rows, changed)
+            )
     for above, residual, verdict in (
         (0, "9e-9", "good"),
         (1, "9e-4", "good"),
@@ -253,7 +296,8 @@ def verdicts():
         (1, "2e-3", "look at it"),
     ):
         said = RunLog(
-            f"contact: 1000 solves, 1 iterations\ncontact: largest residual {residual} (relative), {above} steps above the tolerance"
+            f"contact: 1000 solves, 1 iterations\ncontact: largest residual {residual} (relative), {above} "
+            "steps above the tolerance"
         )
         row = judge(said, {}, None, [])[0]
         check(f"residual {residual}, {above} steps above", row.verdict == verdict, row)
@@ -281,10 +325,16 @@ def rows_and_surface():
     values = np.sin(np.linspace(0, 50, 100000))
     values[54321] = 7.0
     rows = chosen_rows(values)
-    check("a long history", len(rows) <= most_rows + 2 and 54321 in rows and rows[0] == 0 and rows[-1] == 99999, len(rows))
+    check(
+        "a long history",
+        len(rows) <= most_rows + 2 and 54321 in rows and rows[0] == 0 and rows[-1] == 99999,
+        len(rows),
+    )
     run = SimpleNamespace(tools=[], case={})
     # Two layers, of which the upper has a hole at (2, 1), and a bump at (0, 0)
-    points = [(x, y, z) for z in (0, 1) for x in range(4) for y in range(3) if (x, y, z) != (2, 1, 1)] + [(0, 0, 2)]
+    points = [(x, y, z) for z in (0, 1) for x in range(4) for y in range(3) if (x, y, z) != (2, 1, 1)] + [
+        (0, 0, 2)
+    ]
     position = np.array(points, dtype=float)
     particles = Particles.__new__(Particles)
     particles.fields = {"position": position, "half_size": np.full((len(points), 1), 0.5)}

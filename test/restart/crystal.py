@@ -1,4 +1,5 @@
 """A polycrystal on several numbers of ranks, stopped and taken up again, and against one crystal."""
+
 import h5py
 from restarts import *
 from run_data import History
@@ -46,8 +47,11 @@ require("colours", 0 <= last[field + "ipf_colour"].min() and last[field + "ipf_c
 
 energy = History(Path("on_1") / "energy.dat")
 error = np.abs(energy["balance_error"]).max()
-require(f"energy balance error {100*error:.2f} % of the energy of the start", error < 0.02)
-require(f"plastic energy {100*energy['plastic'][-1]/energy['kinetic'][0]:.1f} % of it", energy["plastic"][-1] > 0.05*energy["kinetic"][0])
+require(f"energy balance error {100 * error:.2f} % of the energy of the start", error < 0.02)
+require(
+    f"plastic energy {100 * energy['plastic'][-1] / energy['kinetic'][0]:.1f} % of it",
+    energy["plastic"][-1] > 0.05 * energy["kinetic"][0],
+)
 require("plastic energy never falls", np.diff(energy["plastic"]).min() >= 0)
 
 # stopped, and taken up on another number of ranks
@@ -61,9 +65,15 @@ alike = "&grains lower=0.5,0.5,0.5, upper=0.7,0.8,0.8, orientations=" + ",".join
 run(1, text("alike", grains=alike))
 run(1, text("single", orientation="orientation=10,35,20"))
 a, b = (everything(sorted(Path(name).glob("particles_*.h5"))[-1]) for name in ("alike", "single"))
-require("no seam: grains of one orientation are one crystal, to the bit",
-        all(np.array_equal(a[name], b[name]) for name in b if name.startswith(field) and "@" not in name))
-require("another orientation gives another answer", not np.array_equal(last[field + "stress"], b[field + "stress"]))
+require(
+    "no seam: grains of one orientation are one crystal, to the bit",
+    all(np.array_equal(a[name], b[name]) for name in b if name.startswith(field) and "@" not in name),
+)
+require(
+    "another orientation gives another answer",
+    not np.array_equal(last[field + "stress"], b[field + "stress"]),
+)
+
 
 # three axes in place of three angles, given with twelve digits
 def about(axis, degrees):
@@ -74,32 +84,50 @@ def about(axis, degrees):
 
 
 axes = about(2, 10) @ about(0, 35) @ about(2, 20)
-run(1, text("axes", orientation="orientation=" + ",".join(f"{value:.12f}" for value in axes.T.ravel()), end=END / 10))
+run(
+    1,
+    text(
+        "axes",
+        orientation="orientation=" + ",".join(f"{value:.12f}" for value in axes.T.ravel()),
+        end=END / 10,
+    ),
+)
 run(1, text("angles", orientation="orientation=10,35,20", end=END / 10))
 a, b = (everything(sorted(Path(name).glob("particles_*.h5"))[-1]) for name in ("axes", "angles"))
 for name in ("orientation", "stress", "ipf_colour"):
     off = np.abs(a[field + name] - b[field + name]).max() / np.abs(b[field + name]).max()
-    require(f"axes in place of angles: {name} off by {off:.1e}", off < (1e-5 if name == "ipf_colour" else 1e-9))
+    require(
+        f"axes in place of angles: {name} off by {off:.1e}", off < (1e-5 if name == "ipf_colour" else 1e-9)
+    )
 
 # case.nml has what a file of grains says
 Path("grains.txt").write_text("# phi1 Phi phi2\n" + "10 35 20 ! a grain\n" * 5)
-run(1, text("by_file", grains="&grains lower=0.5,0.5,0.5, upper=0.7,0.8,0.8, file='grains.txt' /", end=END / 20))
+run(
+    1,
+    text("by_file", grains="&grains lower=0.5,0.5,0.5, upper=0.7,0.8,0.8, file='grains.txt' /", end=END / 20),
+)
 Path("grains.txt").unlink()
 again = (Path("by_file") / "case.nml").read_text().replace("'by_file'", "'by_case'")
 run(1, again)
 same("grains of a file, and of the case.nml of that run", "by_file", "by_case")
 
-# a file of HDF5: seeds as in a list; voxels, where grains are what they say, on any number of ranks and after a restart
+# a file of HDF5: seeds as in a list; voxels, where grains are what they say, on any number of ranks and after
+# a restart
 BOX = "&grains lower=0.5,0.5,0.5, upper=0.7,0.8,0.8"
 rng = np.random.default_rng(5)
 seeds, angles = rng.uniform([0.5, 0.5, 0.5], [0.7, 0.8, 0.8], (6, 3)), rng.uniform(0, 180, (6, 3))
 listed = lambda values: ",".join(repr(float(x)) for x in values.ravel())
 with h5py.File("seeds.h5", "w") as file:
     file["positions"], file["orientations"] = seeds, angles
-run(1, text("as_list", grains=f"{BOX}, positions={listed(seeds)}, orientations={listed(angles)} /", end=END / 20))
+run(
+    1,
+    text(
+        "as_list", grains=f"{BOX}, positions={listed(seeds)}, orientations={listed(angles)} /", end=END / 20
+    ),
+)
 run(1, text("as_hdf5", grains=f"{BOX}, file='seeds.h5' /", end=END / 20))
 same("grains of a list and of HDF5", "as_list", "as_hdf5")
-counts = np.array([4, 6, 7]) # along x, y, z
+counts = np.array([4, 6, 7])  # along x, y, z
 voxels = rng.integers(0, 7, counts[::-1])
 with h5py.File("voxels.h5", "w") as file:
     file["grain"], file["orientations"] = voxels.astype("u2"), angles
@@ -108,15 +136,28 @@ for ranks in (1, 2):
 same("voxels on 2 ranks", "voxels_1", "voxels_2")
 start = everything(sorted(Path("voxels_1").glob("particles_*.h5"))[0])
 place, grain = start["VTKHDF/Points"], start[field + "grain"].ravel().astype(int)
-inside = np.all((place > [0.5, 0.5, 0.5]) & (place < [0.7, 0.8, 0.8]), axis=1) & (start[field + "body"].ravel() == 1)
-at = np.minimum(((place[inside] - 0.5)/np.array([0.2, 0.3, 0.3])*counts).astype(int), counts - 1)
-require(f"{inside.sum()} particles have the grain of their voxel", inside.sum() > 50
-        and np.array_equal(grain[inside], voxels[at[:, 2], at[:, 1], at[:, 0]]) and not grain[~inside].any())
+inside = np.all((place > [0.5, 0.5, 0.5]) & (place < [0.7, 0.8, 0.8]), axis=1) & (
+    start[field + "body"].ravel() == 1
+)
+at = np.minimum(((place[inside] - 0.5) / np.array([0.2, 0.3, 0.3]) * counts).astype(int), counts - 1)
+require(
+    f"{inside.sum()} particles have the grain of their voxel",
+    inside.sum() > 50
+    and np.array_equal(grain[inside], voxels[at[:, 2], at[:, 1], at[:, 0]])
+    and not grain[~inside].any(),
+)
 with h5py.File("voxels.h5", "a") as file:
     file["orientations"][0, 0] += 1
 refused = said(run(1, restart="voxels_1", expect=2))
-require(f"a file that has been changed is refused: {refused}", "voxels.h5" in refused and "has been changed" in refused)
-for name, fault in (("none", "no dataset 'orientations'"), ("wide", "of another form"), ("beyond", "holds grains 0 to 9; allowed: 0, and 1 to")):
+require(
+    f"a file that has been changed is refused: {refused}",
+    "voxels.h5" in refused and "has been changed" in refused,
+)
+for name, fault in (
+    ("none", "no dataset 'orientations'"),
+    ("wide", "of another form"),
+    ("beyond", "holds grains 0 to 9; allowed: 0, and 1 to"),
+):
     with h5py.File(f"{name}.h5", "w") as file:
         if name != "none":
             file["orientations"] = angles[:, :2] if name == "wide" else angles

@@ -1,4 +1,6 @@
-"""fuzz.py CASES: checkpoints that were damaged at random, and ones with changed tables under a seal that is good again."""
+"""fuzz.py CASES: checkpoints that were damaged at random, and ones with changed tables under a seal that is
+good again."""
+
 import random
 import shutil
 import h5py
@@ -18,18 +20,29 @@ def bytes_changed():
     data = bytearray(good)
     for _ in range(chance.choice([1, 1, 2, 10, 1000])):
         # often in front: the seal and what HDF5 says of itself
-        at = chance.randrange(len(data)) if chance.random() < 0.4 else chance.randrange(min(len(data), chance.choice([520, 4000])))
+        at = (
+            chance.randrange(len(data))
+            if chance.random() < 0.4
+            else chance.randrange(min(len(data), chance.choice([520, 4000])))
+        )
         data[at] = chance.randrange(256)
     return bytes(data)
 
 
 def cut():
-    return good[:chance.randrange(len(good))]
+    return good[: chance.randrange(len(good))]
 
 
 def spliced():
     a, b = sorted((chance.randrange(len(good)), chance.randrange(len(good))))
-    return chance.choice([good[:a] + good[b:], good[:b] + good[a:], good + good[a:b], bytes(chance.randrange(256) for _ in range(a % 3000))])
+    return chance.choice(
+        [
+            good[:a] + good[b:],
+            good[:b] + good[a:],
+            good + good[a:b],
+            bytes(chance.randrange(256) for _ in range(a % 3000)),
+        ]
+    )
 
 
 def table_changed(path):
@@ -37,7 +50,9 @@ def table_changed(path):
     with h5py.File(path, "r+") as file:
         names = []
         file.visititems(lambda name, thing: names.append(name) if isinstance(thing, h5py.Dataset) else None)
-        name = chance.choice([n for n in names if chance.random() < 0.5 or not n.startswith("particles")] or names)
+        name = chance.choice(
+            [n for n in names if chance.random() < 0.5 or not n.startswith("particles")] or names
+        )
         data = file[name]
         if chance.random() < 0.2:
             del file[name]
@@ -49,7 +64,7 @@ def table_changed(path):
         if values.dtype == np.uint8:
             values[at] = chance.randrange(256)
         elif values.dtype.kind == "i":
-            values[at] = chance.choice([0, -1, 1, 2**31, 2**62, -2**63, int(values[at]) + 1])
+            values[at] = chance.choice([0, -1, 1, 2**31, 2**62, -(2**63), int(values[at]) + 1])
         else:
             values[at] = chance.choice([0.0, -1.0, 1e300, -1e-300, np.nan, np.inf, 2 * values[at]])
         data[...] = values
@@ -74,8 +89,14 @@ for case in range(cases):
         (Path("fuzzed") / older.name).unlink()
     ranks = 2 if case % 25 == 24 else 1
     try:
-        done = subprocess.run(command(ranks, "--restart", "fuzzed"), stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=30,
-                              errors="replace")
+        done = subprocess.run(
+            command(ranks, "--restart", "fuzzed"),
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=30,
+            errors="replace",
+        )
     except subprocess.TimeoutExpired:
         require(f"case {case} ({what}): hangs", False)
         continue

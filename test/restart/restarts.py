@@ -1,4 +1,6 @@
-"""What the scripts of this suite share: scenes, runs that are stopped and taken up again, and directories that must be the same."""
+"""What the scripts of this suite share: scenes, runs that are stopped and taken up again, and directories
+that must be the same."""
+
 import os
 import re
 import signal
@@ -70,8 +72,12 @@ SPREAD = """
 &tool name='ball', shape='sphere', radius=0.6, tip=1.6,1.6,0.6, times=0,0.01,1, speeds=0,8,8, friction=0.3 /
 """
 MOVING = LEVELS.replace("upper=1.4,1.2,1.2 /", "upper=1.4,1.2,1.2, criterion='strain', max_cells=6000 /")
-FOLLOWING = CONTACT.replace("&tool", "&level lower=0,0,0.4, upper=0.8,0.8,1, follow='ball' /\n&tool").replace(", friction=0.3", "")
-FOLLOWING_PARTS = FOLLOWING.replace("&level", "&anti_locking /\n&level of=1, shape='sphere', radius=0.55, follow='ball' /\n&level of=1,")
+FOLLOWING = CONTACT.replace("&tool", "&level lower=0,0,0.4, upper=0.8,0.8,1, follow='ball' /\n&tool").replace(
+    ", friction=0.3", ""
+)
+FOLLOWING_PARTS = FOLLOWING.replace(
+    "&level", "&anti_locking /\n&level of=1, shape='sphere', radius=0.55, follow='ball' /\n&level of=1,"
+)
 
 
 def require(what, condition):
@@ -87,7 +93,11 @@ def finish():
 
 def scene(text, directory, checkpoint=None, end=0.03, every=0.012, history=0.0, more=""):
     """A scene that writes to a directory; `checkpoint`: the variables of its group."""
-    text = text.format(end=end) + f"&output directory='{directory}', every={every}, history_every={history} /\n" + more
+    text = (
+        text.format(end=end)
+        + f"&output directory='{directory}', every={every}, history_every={history} /\n"
+        + more
+    )
     return text if checkpoint is None else text + f"&checkpoint {checkpoint} /\n"
 
 
@@ -100,7 +110,11 @@ def run(ranks, text="", restart=None, expect=0, what=None):
     arguments = [] if restart is None else ["--restart", str(restart)]
     done = subprocess.run(command(ranks, *arguments), input=text, capture_output=True, text=True)
     if done.returncode != expect:
-        require(f"{what or restart or 'a scene'} on {ranks} ranks: status {done.returncode}, not {expect}: {done.stderr[-500:]}", False)
+        require(
+            f"{what or restart or 'a scene'} on {ranks} ranks: status {done.returncode}, not {expect}: "
+            f"{done.stderr[-500:]}",
+            False,
+        )
     return done.stdout + done.stderr
 
 
@@ -113,7 +127,9 @@ def said(output):
 def checkpoints(directory):
     try:
         return sorted(Path(directory).glob("checkpoint_[0-9]*.h5"))
-    except FileNotFoundError:  # a run that is starting makes the directory and takes it away again, to see that it can
+    except (
+        FileNotFoundError
+    ):  # a run that is starting makes the directory and takes it away again, to see that it can
         return []
 
 
@@ -136,8 +152,13 @@ def ranks_of(process, ranks):
 
 def start(ranks, text=None, restart=None):
     arguments = [] if restart is None else ["--restart", str(restart)]
-    process = subprocess.Popen(command(ranks, *arguments), stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                               text=True)
+    process = subprocess.Popen(
+        command(ranks, *arguments),
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
     if text is not None:
         process.stdin.write(text)
     process.stdin.close()
@@ -154,7 +175,8 @@ def wait_for(condition, process, seconds=60.0):
 
 
 def part_run(ranks, directory, text=None, restart=None, number=signal.SIGTERM):
-    """Run until there is a checkpoint newer than those that are there, then send a signal to one rank. The status and the output."""
+    """Run until there is a checkpoint newer than those that are there, then send a signal to one rank. The
+    status and the output."""
     before = newest_step(directory)
     if restart is None:
         before = -1
@@ -175,9 +197,14 @@ def differences(one, other):
     """In what two runs differ, bit by bit: histories, snapshots, index."""
     one, other = Path(one), Path(other)
     found = []
-    names = {path.name for directory in (one, other) for path in directory.iterdir()
-             if path.name.startswith("particles") or path.suffix in (".part", ".xdmf")
-             or (path.suffix == ".dat" and path.name != "cost.dat")}
+    names = {
+        path.name
+        for directory in (one, other)
+        for path in directory.iterdir()
+        if path.name.startswith("particles")
+        or path.suffix in (".part", ".xdmf")
+        or (path.suffix == ".dat" and path.name != "cost.dat")
+    }
     if not any(name.endswith(".h5") for name in names) or "energy.dat" not in names:
         found.append("nothing to compare")
     for name in sorted(names):
@@ -185,8 +212,14 @@ def differences(one, other):
             found.append(f"{name} is in one of them only")
         elif name.endswith(".h5"):
             a, b = everything(one / name), everything(other / name)
-            found += [f"{name} {key}" for key in sorted(set(a) | set(b))
-                      if key not in a or key not in b or a[key].shape != b[key].shape or a[key].tobytes() != b[key].tobytes()]
+            found += [
+                f"{name} {key}"
+                for key in sorted(set(a) | set(b))
+                if key not in a
+                or key not in b
+                or a[key].shape != b[key].shape
+                or a[key].tobytes() != b[key].tobytes()
+            ]
         elif (one / name).read_bytes() != (other / name).read_bytes():
             a, b = (one / name).read_text().split("\n"), (other / name).read_text().split("\n")
             row = next((i for i, (p, q) in enumerate(zip(a, b)) if p != q), min(len(a), len(b)))
@@ -199,7 +232,8 @@ def same(what, one, other):
     return require(f"{what}: the same bits" if not found else f"{what}: {'; '.join(found[:5])}", not found)
 
 
-# ---- the file's seal, as src/base/checksum.f90 makes it ---------------------------------------------------------------------------
+# ---- the file's seal, as src/base/checksum.f90 makes it
+# ------------------------------------------------------------------------------------------------------------
 
 PRIME, RUN, PIECE, SEAL = 4294967291, 16384, 4194304, 512
 
@@ -207,7 +241,7 @@ PRIME, RUN, PIECE, SEAL = 4294967291, 16384, 4194304, 512
 def fletcher(words, a, b):
     """Sums over 32-bit words."""
     for first in range(0, len(words), RUN):
-        part = words[first:first + RUN].astype(np.uint64)
+        part = words[first : first + RUN].astype(np.uint64)
         n = len(part)
         b = (b + n * a + int(np.sum(part * np.arange(n, 0, -1, dtype=np.uint64)))) % PRIME
         a = (a + int(np.sum(part))) % PRIME
@@ -225,7 +259,7 @@ def checksum_of_text(text):
 
 
 def checksum_of_file(data):
-    parts = [data[i:i + PIECE] for i in range(0, len(data), PIECE)]
+    parts = [data[i : i + PIECE] for i in range(0, len(data), PIECE)]
     a, b = len(parts), 0
     for part in parts:
         for value in fletcher(sums(part, b"\0"), len(part), 0):
@@ -238,6 +272,9 @@ def reseal(path, format_number=8):
     """Give a file that was changed a good seal again."""
     data = Path(path).read_bytes()
     body = data[SEAL:]
-    text = f"gimp3d checkpoint\nformat {format_number}\nprogram 0.1.0\nbytes {len(body)}\nchecksum {checksum_of_file(body)}\n".encode()
+    text = (
+        f"gimp3d checkpoint\nformat {format_number}\nprogram 0.1.0\nbytes {len(body)}\nchecksum "
+        f"{checksum_of_file(body)}\n"
+    ).encode()
     text = text.ljust(SEAL - 17)
     Path(path).write_bytes(text + checksum_of_text(text).encode() + b"\n" + body)

@@ -1,4 +1,5 @@
 """Straight runs against runs that are stopped and go on."""
+
 import re
 import shutil
 import h5py
@@ -18,7 +19,7 @@ def chain(name, text, directory, ranks, straight):
             require(f"{name}: says where it goes on", "goes on    from" in output)
             continue
         status, output = part_run(n, directory, text if first else None, None if first else directory)
-        for _ in range(4 if first else 0): # on a busy machine the run may end before the signal comes
+        for _ in range(4 if first else 0):  # on a busy machine the run may end before the signal comes
             if status == 0:
                 status, output = part_run(n, directory, text)
         if status not in (0, 5):
@@ -26,7 +27,9 @@ def chain(name, text, directory, ranks, straight):
         if status == 0:
             break
         stops.append(newest_step(directory))
-    require(f"{name}, ranks {ranks}: stopped at steps {stops}", len(stops) >= 1 and stops == sorted(set(stops)))
+    require(
+        f"{name}, ranks {ranks}: stopped at steps {stops}", len(stops) >= 1 and stops == sorted(set(stops))
+    )
     return same(f"{name}, ranks {ranks}", straight, directory)
 
 
@@ -36,7 +39,10 @@ for name, text in TEXTS.items():
     whole = everything(sorted(Path(straight).glob("particles_*.h5"))[-1])
     if name == "splitting":
         first = everything(sorted(Path(straight).glob("particles_*.h5"))[0])
-        require("splitting: particles were split", len(whole["VTKHDF/PointData/id"]) > len(first["VTKHDF/PointData/id"]))
+        require(
+            "splitting: particles were split",
+            len(whole["VTKHDF/PointData/id"]) > len(first["VTKHDF/PointData/id"]),
+        )
     if name == "resting":
         require("resting: blocks were at rest", "at rest: " in log)
     if name == "plastic":
@@ -44,40 +50,62 @@ for name, text in TEXTS.items():
     if name == "levels":
         require("levels: particles on both", set(whole["VTKHDF/PointData/level"].ravel()) == {1.0, 2.0})
     if name == "moving":
-        chain(name, scene(text, f"{name}_0", "every_steps=47", end=ENDS[name]), f"{name}_0", [1, 1, 1], straight)
+        chain(
+            name, scene(text, f"{name}_0", "every_steps=47", end=ENDS[name]), f"{name}_0", [1, 1, 1], straight
+        )
         with h5py.File(checkpoints(f"{name}_0")[-1]) as file:
             require("moving: the level has moved", file["state/counts"][1] > 0)
         continue
     chain(name, scene(text, f"{name}_1", "every_steps=9", end=ENDS[name]), f"{name}_1", [1, 1, 1], straight)
-    if name == "levels": # what the next placement of blocks asks: their lists, over the last steps
+    if name == "levels":  # what the next placement of blocks asks: their lists, over the last steps
         run(1, scene(text, "levels_kept", "every_steps=9", end=ENDS[name]))
         bounds = []
         for directory in ("levels_kept", "levels_1"):
             with h5py.File(checkpoints(directory)[-1]) as file:
                 bounds.append(file["blocks/bounds"][:])
         require("levels: lists have jumped", bounds[0][:, 10].max() > 0)
-        require("levels: blocks of the last checkpoint", newest_step("levels_kept") == newest_step("levels_1")
-                and np.array_equal(*bounds))
+        require(
+            "levels: blocks of the last checkpoint",
+            newest_step("levels_kept") == newest_step("levels_1") and np.array_equal(*bounds),
+        )
     if name != "splitting":
         chain(name, scene(text, f"{name}_2", "every_steps=11", end=ENDS[name]), f"{name}_2", [2, 2], straight)
-    chain(name, scene(text, f"{name}_m", "every_steps=7", end=ENDS[name]), f"{name}_m", [1, 2, 4, 1], straight)
+    chain(
+        name, scene(text, f"{name}_m", "every_steps=7", end=ENDS[name]), f"{name}_m", [1, 2, 4, 1], straight
+    )
 
 # contact: the same bits on the same ranks; to the tolerance of its solver on others
 for ranks in (1, 2):
     straight = f"contact_straight_{ranks}"
     run(ranks, scene(CONTACT, straight, end=0.02, every=0.01))
-    chain(f"contact on {ranks}", scene(CONTACT, f"contact_{ranks}", "every_steps=8", end=0.02, every=0.01), f"contact_{ranks}",
-          [ranks, ranks], straight)
+    chain(
+        f"contact on {ranks}",
+        scene(CONTACT, f"contact_{ranks}", "every_steps=8", end=0.02, every=0.01),
+        f"contact_{ranks}",
+        [ranks, ranks],
+        straight,
+    )
 run(1, scene(FOLLOWING_PARTS, "following_straight", end=0.02, every=0.01))
-chain("following a tool", scene(FOLLOWING_PARTS, "following", "every_steps=9", end=0.02, every=0.01), "following", [1, 1, 1],
-      "following_straight")
+chain(
+    "following a tool",
+    scene(FOLLOWING_PARTS, "following", "every_steps=9", end=0.02, every=0.01),
+    "following",
+    [1, 1, 1],
+    "following_straight",
+)
 with h5py.File(checkpoints("following")[-1]) as file:
     require("following: the level has moved", file["state/counts"][1] > 0)
 
 # levels that the estimated error and a tool that moves place: a run that goes on looks at the same times
 PLACED = re.sub(r"&level lower.*", "&level criterion='error', max_cells=8000 /", FOLLOWING)
 run(1, scene(PLACED, "placed_straight", end=0.02, every=0.01))
-chain("placed by the error", scene(PLACED, "placed", "every_steps=7", end=0.02, every=0.01), "placed", [1, 1, 1], "placed_straight")
+chain(
+    "placed by the error",
+    scene(PLACED, "placed", "every_steps=7", end=0.02, every=0.01),
+    "placed",
+    [1, 1, 1],
+    "placed_straight",
+)
 with h5py.File(checkpoints("placed")[-1]) as file:
     require("placed: the level has moved", file["state/counts"][1] > 0)
 
@@ -90,8 +118,10 @@ for n in (1, 2, 4):
 run(1, restart="spread")
 require(f"contact from 1 to 2 to 4 to 1 ranks: stopped at steps {stops}", stops == sorted(set(stops)))
 a, b = (np.loadtxt(f"{name}/tool_ball.dat", skiprows=4) for name in ("spread_straight", "spread"))
-require("contact from 1 to 2 to 4 to 1 ranks: as many rows, at the same times and depths",
-        a.shape == b.shape and np.array_equal(a[:, :2], b[:, :2]) and len(a) > 30)
+require(
+    "contact from 1 to 2 to 4 to 1 ranks: as many rows, at the same times and depths",
+    a.shape == b.shape and np.array_equal(a[:, :2], b[:, :2]) and len(a) > 30,
+)
 if a.shape == b.shape:
     off = np.abs(a[:, 2:5] - b[:, 2:5]).max() / np.abs(a[:, 2:5]).max()
     require(f"contact from 1 to 2 to 4 to 1 ranks: loads differ by {off:.1e} of the largest", off < 1e-5)
@@ -100,7 +130,11 @@ with h5py.File(checkpoints("spread_on_4")[-1]) as file:
     table = file["blocks/table"][...]
     owner = np.repeat(table[:, 3], table[:, 2])
     touching = file["particles/contact_pressure"][...].ravel() > 0
-    require(f"contact on 4 ranks: {touching.sum()} particles touch, on ranks {sorted(set(owner[touching].tolist()))}", len(set(owner[touching])) == 4)
+    require(
+        f"contact on 4 ranks: {touching.sum()} particles touch, on ranks "
+        f"{sorted(set(owner[touching].tolist()))}",
+        len(set(owner[touching])) == 4,
+    )
 whole = everything(sorted(Path("spread").glob("particles_*.h5"))[-1])
 require("spread: there was plastic flow", whole["VTKHDF/PointData/plastic_strain"].max() > 1e-3)
 

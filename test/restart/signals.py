@@ -1,4 +1,5 @@
 """What a run does on signals and at its wall limit."""
+
 from restarts import *
 
 END = 0.8
@@ -18,25 +19,36 @@ def going_on(directory):
 run(1, scene(PLASTIC, "straight", end=END, every=0.2, history=0.001))
 for ranks in (1, 2):
     directory = f"signals_{ranks}"
-    process = start(ranks, scene(PLASTIC, directory, end=END, every=0.2, history=0.001)) # without a &checkpoint
+    # without a &checkpoint
+    process = start(ranks, scene(PLASTIC, directory, end=END, every=0.2, history=0.001))
     require(f"{ranks} ranks: begins", wait_for(lambda: Path(directory, "energy.dat").exists(), process))
     send(process, ranks, signal.SIGUSR1)
-    require(f"{ranks} ranks: SIGUSR1 makes a checkpoint", wait_for(lambda: len(checkpoints(directory)) > 0, process))
+    require(
+        f"{ranks} ranks: SIGUSR1 makes a checkpoint",
+        wait_for(lambda: len(checkpoints(directory)) > 0, process),
+    )
     require(f"{ranks} ranks: and the run goes on", process.poll() is None)
     send(process, ranks, signal.SIGTERM)
     output = process.communicate()[0]
     require(f"{ranks} ranks: SIGTERM ends with status {process.returncode}", process.returncode == 5)
-    require(f"{ranks} ranks: {said(output)}", "stopped by SIGTERM, step " in said(output) and directory in said(output))
+    require(
+        f"{ranks} ranks: {said(output)}",
+        "stopped by SIGTERM, step " in said(output) and directory in said(output),
+    )
     require(f"{ranks} ranks: no parts are left", not list(Path(directory).glob("*.part")))
     process = start(ranks, restart=directory)
     require(f"{ranks} ranks: goes on", wait_for(lambda: going_on(directory) == 1, process))
     send(process, ranks, signal.SIGINT)
     output = process.communicate()[0]
-    require(f"{ranks} ranks: SIGINT ends with status {process.returncode}", process.returncode == 5 and "stopped by SIGINT" in said(output))
+    require(
+        f"{ranks} ranks: SIGINT ends with status {process.returncode}",
+        process.returncode == 5 and "stopped by SIGINT" in said(output),
+    )
     run(ranks, restart=directory)
     same(f"{ranks} ranks: after USR1, TERM and INT", "straight", directory)
 
-# mpirun hands SIGUSR1 on at once, SIGTERM after so many seconds, after as many more it kills; its status is its own
+# mpirun hands SIGUSR1 on at once, SIGTERM after so many seconds, after as many more it kills; its status is
+# its own
 os.environ["OMPI_MCA_odls_base_sigkill_timeout"] = "10"
 process = start(2, scene(PLASTIC, "launcher", end=2000, every=0, history=1))
 wait_for(lambda: Path("launcher", "energy.dat").exists(), process)
@@ -47,7 +59,10 @@ process.send_signal(signal.SIGTERM)
 process.communicate()
 log = Path("launcher", "run.log").read_text()
 require(f"mpirun passes SIGTERM on, and ends with status {process.returncode}", "stopped by SIGTERM" in log)
-require("with a newer checkpoint, and nothing begun", newest_step("launcher") > first and not list(Path("launcher").glob("*.part")))
+require(
+    "with a newer checkpoint, and nothing begun",
+    newest_step("launcher") > first and not list(Path("launcher").glob("*.part")),
+)
 
 # the limit on the wall; going on with another one
 output = run(1, scene(PLASTIC, "limit", "wall_limit=0.05", end=END, every=0.2, history=0.001), expect=5)

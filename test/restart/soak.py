@@ -1,16 +1,18 @@
-"""soak.py STEPS RANKS: a long run with contact, two levels, a level that follows its tool and many checkpoints; memory and open files
-of every rank are watched, and the last checkpoint must still be good for a restart.
+"""soak.py STEPS RANKS: a long run with contact, two levels, a level that follows its tool and many
+checkpoints; memory and open files of every rank are watched, and the last checkpoint must still be good for a
+restart.
 
 A ball bobs on a block: it stays in contact, and the level moves with it."""
+
 from restarts import *
 
 steps, ranks = int(sys.argv[1]), int(sys.argv[2])
 TIME_STEP = 9.5e-4  # s, about
-end = steps*TIME_STEP
+end = steps * TIME_STEP
 half = 0.5  # s, half a period
-count = int(end/half) + 2
-times = [0.0, 0.05] + [0.05 + half*(i + 1) for i in range(count)]
-speeds = [0.0, 0.4] + [0.4*(-1)**(i + 1) for i in range(count)]
+count = int(end / half) + 2
+times = [0.0, 0.05] + [0.05 + half * (i + 1) for i in range(count)]
+speeds = [0.0, 0.4] + [0.4 * (-1) ** (i + 1) for i in range(count)]
 text = f"""
 &scene title='a ball that bobs on a block', end_time={end} /
 &grid lower=0,0,0, upper=0.7,0.7,0.7, cell_size=0.1, boundary='symmetry','free','symmetry','free','roller','free' /
@@ -22,8 +24,8 @@ text = f"""
       times={','.join(f'{t:.6g}' for t in times)},
       speeds={','.join(f'{v:.6g}' for v in speeds)} /
 &damping kind='viscous', coefficient=5 /
-&output directory='soaked', formats='hdf5', every={end/20}, history_every={end/2000} /
-&checkpoint every_steps={max(1, steps//200)} /
+&output directory='soaked', formats='hdf5', every={end / 20}, history_every={end / 2000} /
+&checkpoint every_steps={max(1, steps // 200)} /
 """
 
 
@@ -35,7 +37,9 @@ def resident(pid):
 
 Path("log").mkdir(exist_ok=True)
 with open("log/out", "w") as out:
-    process = subprocess.Popen(command(ranks), stdin=subprocess.PIPE, stdout=out, stderr=subprocess.STDOUT, text=True)
+    process = subprocess.Popen(
+        command(ranks), stdin=subprocess.PIPE, stdout=out, stderr=subprocess.STDOUT, text=True
+    )
     process.stdin.write(text)
     process.stdin.close()
     seen = {}
@@ -52,26 +56,34 @@ if not require(f"status {process.returncode}: {said(output)}", process.returncod
     print(output[-2000:])
     finish()
 done = int(re.search(r"^(\d+) steps to", output, re.M)[1])
-require(f"{done} steps", done >= 0.9*steps)
-print("   " + "\n   ".join(line for line in output.splitlines() if re.match(r"contact: .*solves|domains|\d+ steps to", line)))
+require(f"{done} steps", done >= 0.9 * steps)
+print(
+    "   "
+    + "\n   ".join(
+        line for line in output.splitlines() if re.match(r"contact: .*solves|domains|\d+ steps to", line)
+    )
+)
 contact = int(re.search(r"contact: (\d+) solves", output)[1])
-require(f"contact in {contact} of {done} steps", contact > 0.5*done)
+require(f"contact in {contact} of {done} steps", contact > 0.5 * done)
 require("the ranks were watched", len(seen) == ranks and all(len(rows) > 20 for rows in seen.values()))
 for pid, rows in seen.items():
-    early = [row for row in rows if 0.1*done < row[0] <= 0.3*done]
-    late = [row for row in rows if row[0] > 0.8*done]
+    early = [row for row in rows if 0.1 * done < row[0] <= 0.3 * done]
+    late = [row for row in rows if row[0] > 0.8 * done]
     if not require(f"seen early ({len(early)}) and late ({len(late)})", early and late):
         continue
     memory = [max(row[1] for row in part) for part in (early, late)]
-    files = [min(row[2] for row in part) for part in (early, late)] # between writes: a file left open stays
-    require(f"a rank: {memory[0]/1000:.1f} MB of memory at most early, {memory[1]/1000:.1f} MB late; at least {files[0]} and {files[1]} open files",
-            memory[1] <= 1.02*memory[0] + 500 and files[1] <= files[0])
-rows = np.loadtxt(Path("soaked")/"energy.dat", skiprows=3)
+    files = [min(row[2] for row in part) for part in (early, late)]  # between writes: a file left open stays
+    require(
+        f"a rank: {memory[0] / 1000:.1f} MB of memory at most early, {memory[1] / 1000:.1f} MB late; at "
+        f"least {files[0]} and {files[1]} open files",
+        memory[1] <= 1.02 * memory[0] + 500 and files[1] <= files[0],
+    )
+rows = np.loadtxt(Path("soaked") / "energy.dat", skiprows=3)
 require(f"{len(rows)} rows of history, all finite", len(rows) >= 1900 and np.isfinite(rows).all())
 kept = checkpoints("soaked")
 require(f"two checkpoints at steps {[step_of(path) for path in kept]}", len(kept) == 2)
 again = text.replace("soaked", "straight")
-run(1, text=again.replace(f"end_time={end}", f"end_time={end/100}"))
+run(1, text=again.replace(f"end_time={end}", f"end_time={end / 100}"))
 run(1, restart="soaked")
 require("it can be gone on from", True)
 finish()

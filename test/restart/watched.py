@@ -1,10 +1,14 @@
-"""A run that goes on, and one that was killed, is read and drawn: its histories by numpy.loadtxt, its pictures by post/plots.py."""
+"""A run that goes on, and one that was killed, is read and drawn: its histories by numpy.loadtxt, its
+pictures by post/plots.py."""
+
 from restarts import *
 
 PLOTS = Path(__file__).resolve().parents[2] / "post/plots.py"
 PICTURES = ("load_depth.png", "section.png", "energy.png")
 run_text = scene(CONTACT, "watched", "every_steps=50", end=500, every=0.01, history=0.001)
-run_text = run_text.replace("&output", "&probe name='p', position=0.1,0.1,0.5 /\n&output").replace("speeds=0,8,8", "speeds=0,0.4,0")
+run_text = run_text.replace("&output", "&probe name='p', position=0.1,0.1,0.5 /\n&output").replace(
+    "speeds=0,8,8", "speeds=0,0.4,0"
+)
 
 
 def read(name):
@@ -16,12 +20,18 @@ def draw(what):
         Path("watched", picture).unlink(missing_ok=True)
     done = subprocess.run([sys.executable, str(PLOTS), "watched"], capture_output=True, text=True)
     missing = [picture for picture in PICTURES if not Path("watched", picture).exists()]
-    require(f"{what}: pictures: status {done.returncode} {done.stderr[-200:]} {missing}", done.returncode == 0 and not missing)
+    require(
+        f"{what}: pictures: status {done.returncode} {done.stderr[-200:]} {missing}",
+        done.returncode == 0 and not missing,
+    )
 
 
 for ranks in (1, 2):
     process = start(ranks, run_text)
-    require(f"{ranks} ranks: it begins", wait_for(lambda: len(list(Path("watched").glob("particles_*.h5"))) > 1, process))
+    require(
+        f"{ranks} ranks: it begins",
+        wait_for(lambda: len(list(Path("watched").glob("particles_*.h5"))) > 1, process),
+    )
     rows, whole = 0, True
     wait_for(lambda: len(read("tool_ball.dat")) > 5, process)
     for _ in range(100):
@@ -37,7 +47,10 @@ for ranks in (1, 2):
     for pid in ranks_of(process, ranks):
         os.kill(pid, signal.SIGKILL)
     process.communicate()
-    require(f"{ranks} ranks: killed, its histories can be read", len(read("energy.dat")) >= rows and len(read("probe_p.dat")) >= rows)
+    require(
+        f"{ranks} ranks: killed, its histories can be read",
+        len(read("energy.dat")) >= rows and len(read("probe_p.dat")) >= rows,
+    )
     draw(f"{ranks} ranks: after it was killed")
     for path in Path("watched").iterdir():
         path.unlink()

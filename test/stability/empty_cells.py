@@ -1,4 +1,5 @@
 """Nodes with next to no mass: corners that just reach an empty cell, bodies anywhere on the grid."""
+
 import math
 
 import numpy as np
@@ -14,27 +15,32 @@ def wave_speed(poisson):
 
 
 WAVE = wave_speed(POISSON)
-CELL, EDGE, PITCH = 0.1, 4, 8   # m, cells a block, cells from block to block
-IMPACT = 0.005 * WAVE           # the two halves of a block meet at twice this speed
+CELL, EDGE, PITCH = 0.1, 4, 8  # m, cells a block, cells from block to block
+IMPACT = 0.005 * WAVE  # the two halves of a block meet at twice this speed
 
 
 def blocks(offsets, speed, steps, per_cell=8, domain="fixed", transfer="affine", poisson=POISSON):
-    """Two halves of a block that meet, at each of the offsets (cells) from a node, all in flight along the diagonal at a speed."""
+    """Two halves of a block that meet, at each of the offsets (cells) from a node, all in flight along the
+    diagonal at a speed."""
     count = math.ceil(len(offsets) ** 0.5)
     end = steps * 0.35 * CELL / (wave_speed(poisson) + 1.8 * speed)
     flown = math.ceil(speed * end / CELL) + 1
-    text = [f"""&scene title='blocks anywhere on the grid', end_time={end!r} /
+    text = [
+        f"""&scene title='blocks anywhere on the grid', end_time={end!r} /
 &grid lower=0,0,0, upper={(count * PITCH + flown) * CELL:.6f},{(count * PITCH + flown) * CELL:.6f},{(PITCH + flown) * CELL:.6f},
       cell_size={CELL} /
 &time domain='{domain}', transfer='{transfer}' /
-&material name='rubber', model='neo_hookean', density={DENSITY}, young={YOUNG}, poisson={poisson} /"""]
+&material name='rubber', model='neo_hookean', density={DENSITY}, young={YOUNG}, poisson={poisson} /"""
+    ]
     for n, offset in enumerate(offsets):
         low = (np.array([n % count * PITCH, n // count * PITCH, 0]) + 2 + np.array(offset)) * CELL
         middle, high = low + [EDGE / 2 * CELL, 0, 0], low + EDGE * CELL
         for one, two, sign in ((low, [middle[0], high[1], high[2]], 1), (middle, high, -1)):
             corners = [",".join(f"{x:.12g}" for x in at) for at in (one, two)]
-            text.append(f"&body material='rubber', shape='box', lower={corners[0]}, upper={corners[1]}, particles_per_cell={per_cell}, "
-                        f"velocity={speed + sign * IMPACT!r},{speed!r},{speed!r} /")
+            text.append(
+                f"&body material='rubber', shape='box', lower={corners[0]}, upper={corners[1]}, "
+                f"particles_per_cell={per_cell}, velocity={speed + sign * IMPACT!r},{speed!r},{speed!r} /"
+            )
     text.append(f"&output directory='OUT', every={end / 40!r}, history_every={end / 200!r} /")
     return "\n".join(text) + "\n"
 
@@ -46,8 +52,8 @@ def inner_energy(outcome, speed):
 
 
 def excited(outcome, speed, pairs):
-    """Time, energy about the flight over the largest of the first quarter; largest speed of a particle about the flight, over that of the
-    impact, of each pair of bodies."""
+    """Time, energy about the flight over the largest of the first quarter; largest speed of a particle about
+    the flight, over that of the impact, of each pair of bodies."""
     time, inner = inner_energy(outcome, speed)
     fastest = np.zeros(pairs)
     for one in outcome.snapshots():
@@ -58,20 +64,22 @@ def excited(outcome, speed, pairs):
 
 
 def grown(time, energy):
-    """Largest energy of the last half of a run over that of the first quarter. (Kinetic and strain energy stand half a step apart, so
-    that their sum swings by half the step times the frequency, much in the waves of a few cells that an impact makes.)"""
+    """Largest energy of the last half of a run over that of the first quarter. (Kinetic and strain energy
+    stand half a step apart, so that their sum swings by half the step times the frequency, much in the waves
+    of a few cells that an impact makes.)"""
     return energy[time > time[-1] / 2].max()
 
 
-# By momentum, a free corner that a wave reaches moves at most at twice the speed behind it along each axis: 2 sqrt(3) = 3.5, from
+# By momentum, a free corner that a wave reaches moves at most at twice the speed behind it along each axis: 2
+# sqrt(3) = 3.5, from
 # Poisson's ratio a little more. What grows without bound passes 5 at once.
 FASTEST = 5.0
 
 
 @hard_case("empty_cell", short=True)
 def empty_cell(bench):
-    """A block whose corner particles reach into an empty cell with 1e-6 of their volume (a hundredth of their edge along each axis), and
-    with 1e-3, 1e-9 and 1e-12 of it, flying at 0 to 0.2 of the wave speed."""
+    """A block whose corner particles reach into an empty cell with 1e-6 of their volume (a hundredth of their
+    edge along each axis), and with 1e-3, 1e-9 and 1e-12 of it, flying at 0 to 0.2 of the wave speed."""
     steps = bench.pick(1000, 200)
     shown = {}
     # A particle's edge is half a cell; the face stands that share beyond the node.
@@ -89,6 +97,7 @@ def empty_cell(bench):
         for name, (time, energy) in shown.items():
             axes.plot(time / time[-1] * steps, energy, lw=0.8, label=name)
         axes.set(xlabel="steps", ylabel="energy about the flight over the first")
+
     bench.picture(draw)
 
 
@@ -102,11 +111,18 @@ def jitter(bench):
         out = bench.run(f"v{speed}", blocks(offsets, speed * WAVE, steps))
         time, energy, fastest = excited(out, speed * WAVE, len(offsets))
         found[speed] = fastest
-        bench.at_most(f"flight at {speed} of the wave speed: largest energy later over that at first", grown(time, energy), 1.01)
-        bench.at_most(f"flight at {speed} of the wave speed: fastest particle over the impact", fastest, FASTEST)
+        bench.at_most(
+            f"flight at {speed} of the wave speed: largest energy later over that at first",
+            grown(time, energy),
+            1.01,
+        )
+        bench.at_most(
+            f"flight at {speed} of the wave speed: fastest particle over the impact", fastest, FASTEST
+        )
 
     def draw(axes):
         for speed, fastest in found.items():
             axes.hist(fastest, bins=20, histtype="step", label=f"flight at {speed} of the wave speed")
         axes.set(xlabel="fastest particle over the speed of the impact", ylabel="blocks")
+
     bench.picture(draw)

@@ -1,4 +1,6 @@
-"""What the hard cases share: a bench that runs scenes and test programs, figures with their bars, pictures, the table of it all."""
+"""What the hard cases share: a bench that runs scenes and test programs, figures with their bars, pictures,
+the table of it all."""
+
 import atexit
 import csv
 import fcntl
@@ -20,12 +22,14 @@ from run_data import History, Particles
 
 LIMIT = 900  # s: a run that takes longer hangs
 COLUMNS = ("case", "figure", "sense", "bar", "value", "verdict", "seconds", "ranks", "build")
-CASES = {}   # name -> Case, in the order of the files
+CASES = {}  # name -> Case, in the order of the files
 
 
 @dataclass
 class Case:
-    """A hard case: the function that runs it on a bench, and whether its short form belongs to `make test`."""
+    """A hard case: the function that runs it on a bench, and whether its short form belongs to `make
+    test`."""
+
     name: str
     function: object
     short: bool
@@ -33,17 +37,19 @@ class Case:
 
 def hard_case(name, short=False):
     """Decorator: enter a function of a bench as a case."""
+
     def enter(function):
         if name in CASES:
             raise ValueError(f"the case {name} stands twice")
         CASES[name] = Case(name, function, short)
         return function
+
     return enter
 
 
 def surroundings():
-    """The environment of a run: programs that run without mpirun would all share one directory of Open MPI's, and the first to end would
-    remove it under the others."""
+    """The environment of a run: programs that run without mpirun would all share one directory of Open MPI's,
+    and the first to end would remove it under the others."""
     here = tempfile.mkdtemp(prefix="gimp3d_")
     atexit.register(shutil.rmtree, here, ignore_errors=True)
     return os.environ | {"OMPI_MCA_orte_tmpdir_base": here}
@@ -91,7 +97,9 @@ class Outcome:
 
 @dataclass
 class Figure:
-    """One figure of a case and its bar. A control is the setting that is known to fail: it must miss the bar."""
+    """One figure of a case and its bar. A control is the setting that is known to fail: it must miss the
+    bar."""
+
     what: str
     value: float
     bar: float
@@ -117,6 +125,7 @@ class Figure:
 @dataclass
 class Bench:
     """Where a case runs: program, test programs, ranks, its own directory; what it found."""
+
     program: Path
     programs: Path
     ranks: int
@@ -140,26 +149,44 @@ class Bench:
         text = text.replace("'OUT'", f"'{out}'")
         (self.work / f"{name}.nml").write_text(text)
         try:
-            done = subprocess.run(self.command(self.program), input=text, capture_output=True, text=True, timeout=LIMIT,
-                                  env=self.environment)
+            done = subprocess.run(
+                self.command(self.program),
+                input=text,
+                capture_output=True,
+                text=True,
+                timeout=LIMIT,
+                env=self.environment,
+            )
         except subprocess.TimeoutExpired:
             raise Ended(f"{name} was still running after {LIMIT} s")
         outcome = Outcome(out, done.returncode, done.stdout + done.stderr)
         (self.work / f"{name}.log").write_text(outcome.output)
         if outcome.status not in allowed:
-            raise Ended(f"{name} ended with status {outcome.status}: {outcome.sentence or outcome.output[-300:]}")
+            raise Ended(
+                f"{name} ended with status {outcome.status}: {outcome.sentence or outcome.output[-300:]}"
+            )
         return outcome
 
     def measure(self, name, *arguments):
         """Run a test program of this folder; what it prints as `figure NAME VALUE`, in a dictionary."""
         try:
-            done = subprocess.run(self.command(self.programs / name, *map(str, arguments)), capture_output=True, text=True, timeout=LIMIT,
-                                  env=self.environment)
+            done = subprocess.run(
+                self.command(self.programs / name, *map(str, arguments)),
+                capture_output=True,
+                text=True,
+                timeout=LIMIT,
+                env=self.environment,
+            )
         except subprocess.TimeoutExpired:
             raise Ended(f"{name} was still running after {LIMIT} s")
-        found = {key: float(value) for key, value in re.findall(r"^ *figure +(\S+) +(\S+)", done.stdout, re.M)}
+        found = {
+            key: float(value) for key, value in re.findall(r"^ *figure +(\S+) +(\S+)", done.stdout, re.M)
+        }
         if done.returncode != 0 or not found:
-            raise Ended(f"{name} {' '.join(map(str, arguments))} ended with status {done.returncode}: {(done.stdout + done.stderr)[-300:]}")
+            raise Ended(
+                f"{name} {' '.join(map(str, arguments))} ended with status {done.returncode}: "
+                f"{(done.stdout + done.stderr)[-300:]}"
+            )
         return found
 
     def at_most(self, what, value, bar, **kind):
@@ -174,7 +201,8 @@ class Bench:
 
 
 def run_case(case, bench):
-    """Run a case in its own directory; its rows of the table. A run that ends as it should not is a missed figure."""
+    """Run a case in its own directory; its rows of the table. A run that ends as it should not is a missed
+    figure."""
     start = time.time()
     try:
         case.function(bench)
@@ -183,8 +211,25 @@ def run_case(case, bench):
         bench.figures.append(Figure("runs that ended as they should not", 1, 0))
     seconds = time.time() - start
     build = os.environ.get("BUILD", "opt")
-    return [dict(zip(COLUMNS, (case.name, one.what, one.sense, f"{one.bar:.4g}", f"{one.value:.4g}", one.verdict, f"{seconds:.0f}",
-                               str(bench.ranks), build))) for one in bench.figures]
+    return [
+        dict(
+            zip(
+                COLUMNS,
+                (
+                    case.name,
+                    one.what,
+                    one.sense,
+                    f"{one.bar:.4g}",
+                    f"{one.value:.4g}",
+                    one.verdict,
+                    f"{seconds:.0f}",
+                    str(bench.ranks),
+                    build,
+                ),
+            )
+        )
+        for one in bench.figures
+    ]
 
 
 def draw(bench, name, path):
@@ -192,8 +237,10 @@ def draw(bench, name, path):
     if bench.plot is None:
         return
     import matplotlib
+
     matplotlib.use("Agg")
     from matplotlib import pyplot
+
     figure, axes = pyplot.subplots(figsize=(4, 3), dpi=80, layout="constrained")
     axes.set_title(name, fontsize=9)
     bench.plot(axes)
@@ -214,7 +261,8 @@ def read_table(path):
 
 
 def replace_rows(path, case, rows):
-    """Put the rows of a case into a table, in the order of the cases; several galleries may write the same table."""
+    """Put the rows of a case into a table, in the order of the cases; several galleries may write the same
+    table."""
     with open(path.with_suffix(".lock"), "w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         order = {name: n for n, name in enumerate(CASES)}

@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""Valid scenes made by chance: each must end with status 0 or a clean 3. (test/hostile has scenes that are not valid.)
+"""Valid scenes made by chance: each must end with status 0 or a clean 3. (test/hostile has scenes that are
+not valid.)
 
 usage: random_scenes.py WORK PROGRAM COUNT [--first SEED] [--ranks 1 2 3 4]
 
-Clean: one sentence on standard error, no file left half written, no number in a file that is not finite, no hang. What fails is kept
-in WORK/failed with its seed in its name. Each seed makes the same scene everywhere; a scene is 200 steps long.
-"""
+Clean: one sentence on standard error, no file left half written, no number in a file that is not finite, no
+hang. What fails is kept in WORK/failed with its seed in its name. Each seed makes the same scene everywhere;
+a scene is 200 steps long."""
+
 import argparse
 import collections
 import os
@@ -59,7 +61,8 @@ class Scene:
         return [(o + x) * self.cell for o, x in zip(self.origin, cells)]
 
     def make_levels(self):
-        """Boxes in cells of the grid: sides of the grid, or two cells inside the box around, at least four wide."""
+        """Boxes in cells of the grid: sides of the grid, or two cells inside the box around, at least four
+        wide."""
         chance, found = self.chance, []
         low, high, cell = [0.0] * 3, [float(n) for n in self.cells], 1.0
         for _ in range(chance.choice([0, 0, 0, 1, 1, 2])):
@@ -74,7 +77,10 @@ class Scene:
                 own.append((first, chance.choice(lasts)) if lasts else None)
             if None in own:
                 return found
-            low, high = [l + cell * a for l, (a, _) in zip(low, own)], [l + cell * b for l, (_, b) in zip(low, own)]
+            low, high = (
+                [l + cell * a for l, (a, _) in zip(low, own)],
+                [l + cell * b for l, (_, b) in zip(low, own)],
+            )
             cell /= 2
             found.append((low, high))
         return found
@@ -84,15 +90,27 @@ class Scene:
         density, young = 10 ** chance.uniform(1, 4.5), 10 ** chance.uniform(3, 11.5)
         poisson = chance.choice([0.0, 0.3, 0.49, -0.2, round(chance.uniform(-0.3, 0.495), 3)])
         model = chance.choice(["elastic", "neo_hookean", "j2", "johnson_cook"])
-        text = f"name='m{n}', model='{model}', density={number(density)}, young={number(young)}, poisson={poisson}"
+        text = (
+            f"name='m{n}', model='{model}', density={number(density)}, young={number(young)}, "
+            f"poisson={poisson}"
+        )
         yields = young * 10 ** chance.uniform(-4, -1.5)
         if model == "j2" and chance.random() < 0.3:
-            text += f", yield_stress={number(yields)}, hardening_strain=0,0.1,0.5, hardening_stress={point([yields, 2 * yields, 2 * yields])}"
+            text += (
+                f", yield_stress={number(yields)}, hardening_strain=0,0.1,0.5, "
+                f"hardening_stress={point([yields, 2 * yields, 2 * yields])}"
+            )
         elif model == "j2":
-            text += f", yield_stress={number(yields)}, hardening_modulus={number(chance.choice([0, 0.1]) * young)}"
+            text += (
+                f", yield_stress={number(yields)}, "
+                f"hardening_modulus={number(chance.choice([0, 0.1]) * young)}"
+            )
         elif model == "johnson_cook":
-            text += (f", yield_stress={number(yields)}, hardening_modulus={number(yields)}, hardening_exponent=0.3, rate_coefficient=0.02,"
-                     " thermal_exponent=1, melting_temperature=1300, specific_heat=400")
+            text += (
+                f", yield_stress={number(yields)}, hardening_modulus={number(yields)}, "
+                "hardening_exponent=0.3, rate_coefficient=0.02,"
+                " thermal_exponent=1, melting_temperature=1300, specific_heat=400"
+            )
         wave = (young / density * (1 - poisson) / (1 + poisson) / (1 - 2 * poisson)) ** 0.5
         return {"text": text, "wave": wave, "young": young, "density": density}
 
@@ -102,8 +120,10 @@ class Scene:
         count = 1 if self.tools_wanted else chance.randint(1, 3)
         width = self.cells[0] / count
         for n in range(count):
-            speed = chance.choice([0.0, 10 ** chance.uniform(-4, -1.5)]) * self.speed * (not self.tools_wanted)
-            motion = [chance.uniform(-1, 1) * speed / 3 ** 0.5 for _ in range(3)]
+            speed = (
+                chance.choice([0.0, 10 ** chance.uniform(-4, -1.5)]) * self.speed * (not self.tools_wanted)
+            )
+            motion = [chance.uniform(-1, 1) * speed / 3**0.5 for _ in range(3)]
             shape = "box" if self.tools_wanted else chance.choice(["box", "box", "sphere", "cylinder"])
             start, room = n * width, [width] + [float(x) for x in self.cells[1:]]
             if shape == "box":
@@ -121,20 +141,31 @@ class Scene:
                 text = f"shape='box', lower={point(self.at(low))}, upper={point(self.at(high))}"
             else:
                 radius = chance.uniform(max(0.6, edge), min(5.0, min(room) / 2 - 0.05))
-                middle = [(start if a == 0 else 0.0) + chance.uniform(radius + 0.01, room[a] - radius - 0.01) for a in range(3)]
+                middle = [
+                    (start if a == 0 else 0.0) + chance.uniform(radius + 0.01, room[a] - radius - 0.01)
+                    for a in range(3)
+                ]
                 low, high = [m - radius for m in middle], [m + radius for m in middle]
                 if shape == "sphere":
-                    text = f"shape='sphere', center={point(self.at(middle))}, radius={number(radius * self.cell)}"
+                    text = (
+                        f"shape='sphere', center={point(self.at(middle))}, "
+                        f"radius={number(radius * self.cell)}"
+                    )
                 else:
                     height = chance.uniform(max(edge, radius), 2 * radius)
                     base = [middle[0], middle[1], middle[2] - height / 2]
-                    text = (f"shape='cylinder', center={point(self.at(base))}, radius={number(radius * self.cell)}, "
-                            f"height={number(height * self.cell)}")
-            text += f", material='m{chance.randrange(len(self.materials))}', particles_per_cell={self.per_cell}"
+                    text = (
+                        f"shape='cylinder', center={point(self.at(base))}, "
+                        f"radius={number(radius * self.cell)}, height={number(height * self.cell)}"
+                    )
+            text += (
+                f", material='m{chance.randrange(len(self.materials))}', particles_per_cell={self.per_cell}"
+            )
             if speed:
                 text += f", velocity={point(motion)}"
             if chance.random() < 0.2 and not self.tools_wanted:
-                text += f", angular_velocity={point([chance.uniform(-1, 1) * 0.01 * self.speed / self.cell for _ in range(3)])}"
+                turn = [chance.uniform(-1, 1) * 0.01 * self.speed / self.cell for _ in range(3)]
+                text += f", angular_velocity={point(turn)}"
                 speed += 0.15 * self.speed
             found.append({"text": text, "speed": speed, "low": low, "high": high, "shape": shape})
         return found
@@ -143,7 +174,9 @@ class Scene:
         """A tool that comes down on the first body, or starts a little over it."""
         chance, body = self.chance, self.bodies[0]
         shape = chance.choice(["sphere", "cone", "flat", "berkovich", "cylinder", "wedge"])
-        tip = [chance.choice([body["low"][a], chance.uniform(body["low"][a], body["high"][a])]) for a in range(2)]
+        tip = [
+            chance.choice([body["low"][a], chance.uniform(body["low"][a], body["high"][a])]) for a in range(2)
+        ]
         tip.append(body["high"][2] + chance.choice([1e-3, 0.3]))
         text = f"name='t{n}', shape='{shape}', tip={point(self.at(tip))}, axis=0,0,-1"
         if shape in ("cone", "wedge"):
@@ -153,13 +186,19 @@ class Scene:
         speed = 10 ** chance.uniform(-4, -1.3) * self.speed
         whole = STEPS * self.cell / self.speed
         if chance.random() < 0.25:
-            mass = max(one["density"] for one in self.materials) * self.cell ** 3 * chance.uniform(1, 1000)
-            text += (f", times=0, loads={number(chance.uniform(0, 1e-3) * self.materials[0]['young'] * self.cell ** 2)}, "
-                     f"mass={number(mass)}, initial_speed={number(speed)}")
+            mass = max(one["density"] for one in self.materials) * self.cell**3 * chance.uniform(1, 1000)
+            text += (
+                ", times=0, "
+                f"loads={number(chance.uniform(0, 1e-3) * self.materials[0]['young'] * self.cell**2)}, "
+                f"mass={number(mass)}, initial_speed={number(speed)}"
+            )
         else:
             back = chance.choice([speed, 0.0, -speed])
             text += f", times={point([0, 0.05 * whole, 0.2 * whole])}, speeds={point([0, speed, back])}"
-        text += f", penetration_factor={chance.choice([0, 0.3, 0.4, 0.5])}, friction={chance.choice([0, 0, 0.3, 5])}"
+        text += (
+            f", penetration_factor={chance.choice([0, 0.3, 0.4, 0.5])}, "
+            f"friction={chance.choice([0, 0, 0.3, 5])}"
+        )
         return {"text": text, "speed": speed}
 
     def effects(self):
@@ -169,7 +208,9 @@ class Scene:
             lines.append(f"&gravity acceleration={point([chance.uniform(-1, 1) * pull for _ in range(3)])} /")
         if chance.random() < 0.3:
             kind = "viscous" if self.tools_wanted else chance.choice(["viscous", "local"])
-            lines.append(f"&damping kind='{kind}', coefficient={number(0.2 if kind == 'local' else 1 / self.end)} /")
+            lines.append(
+                f"&damping kind='{kind}', coefficient={number(0.2 if kind == 'local' else 1 / self.end)} /"
+            )
         if chance.random() < 0.2:
             lines.append("&bulk_viscosity /")
         if chance.random() < 0.3:
@@ -180,19 +221,26 @@ class Scene:
             low, high = list(body["low"]), list(body["high"])
             low[a] = high[a] = body["high"][a]
             value = 1e-3 * self.materials[0]["young"] * chance.uniform(-1, 1)
-            lines.append(f"&pressure lower={point(self.at(low))}, upper={point(self.at(high))}, times=0,{number(self.end)}, "
-                         f"values=0,{number(value)} /")
+            lines.append(
+                f"&pressure lower={point(self.at(low))}, upper={point(self.at(high))}, "
+                f"times=0,{number(self.end)}, values=0,{number(value)} /"
+            )
         return lines
 
     def text(self):
         chance = self.chance
         update = "usl" if self.levels else chance.choice(["usl", "usl", "usf", "musl"])
-        lines = [f"&scene title='made by chance', end_time={number(self.end)} /",
-                 f"&grid lower={point(self.at([0] * 3))}, upper={point(self.at(self.cells))}, cell_size={number(self.cell)},",
-                 "      boundary=" + ",".join(f"'{word}'" for word in self.boundary) + " /",
-                 f"&time safety={self.safety}, stress_update='{update}', transfer='{chance.choice(['affine', 'affine', 'plain'])}',",
-                 f"      domain='{chance.choice(['fixed', 'fixed', 'stretch', 'corners'])}', "
-                 f"flip_fraction={chance.choice([1, 1, 0.95, 0])}, subcycle={chance.choice(['.true.', '.false.'])} /"]
+        lines = [
+            f"&scene title='made by chance', end_time={number(self.end)} /",
+            f"&grid lower={point(self.at([0] * 3))}, upper={point(self.at(self.cells))}, "
+            f"cell_size={number(self.cell)},",
+            "      boundary=" + ",".join(f"'{word}'" for word in self.boundary) + " /",
+            f"&time safety={self.safety}, stress_update='{update}', "
+            f"transfer='{chance.choice(['affine', 'affine', 'plain'])}',",
+            f"      domain='{chance.choice(['fixed', 'fixed', 'stretch', 'corners'])}', "
+            f"flip_fraction={chance.choice([1, 1, 0.95, 0])}, "
+            f"subcycle={chance.choice(['.true.', '.false.'])} /",
+        ]
         moves = chance.choice(["", "", "follow", "criterion"]) if self.levels else ""
         for low, high in self.levels:
             extra = ""
@@ -201,10 +249,15 @@ class Scene:
             if moves == "criterion":
                 extra = ", criterion='stress', max_cells=5000"
             lines.append(f"&level lower={point(self.at(low))}, upper={point(self.at(high))}{extra} /")
-        lines += [f"&material {one['text']} /" for one in self.materials] + [f"&body {one['text']} /" for one in self.bodies]
+        lines += [f"&material {one['text']} /" for one in self.materials] + [
+            f"&body {one['text']} /" for one in self.bodies
+        ]
         lines += [f"&tool {one['text']} /" for one in self.tools] + self.effects()
         formats = chance.choice(["'hdf5'", "'hdf5','tecplot'", "'tecplot'"])
-        lines.append(f"&output directory='OUT', every={number(self.end / 3)}, history_every={number(self.end / 50)}, formats={formats} /")
+        lines.append(
+            f"&output directory='OUT', every={number(self.end / 3)}, history_every={number(self.end / 50)}, "
+            f"formats={formats} /"
+        )
         if chance.random() < 0.3:
             lines.append("&checkpoint every_steps=50 /")
         return "\n".join(lines) + "\n"
@@ -221,15 +274,25 @@ def faults_on_disk(out, status):
         elif path.suffix == ".dat":
             try:
                 columns = History(path).columns
-                found += [f"{path.name}: {name} is not finite" for name, values in columns.items() if not np.all(np.isfinite(values))]
+                found += [
+                    f"{path.name}: {name} is not finite"
+                    for name, values in columns.items()
+                    if not np.all(np.isfinite(values))
+                ]
             except Unreadable as error:
                 found.append(str(error))
         elif path.suffix == ".h5":
             try:
                 with h5py.File(path) as file:
+
                     def look(name, thing, path=path):
-                        if isinstance(thing, h5py.Dataset) and thing.dtype.kind == "f" and not np.all(np.isfinite(thing[...])):
+                        if (
+                            isinstance(thing, h5py.Dataset)
+                            and thing.dtype.kind == "f"
+                            and not np.all(np.isfinite(thing[...]))
+                        ):
                             found.append(f"{path.name}: {name} is not finite")
+
                     file.visititems(look)
             except OSError as error:
                 found.append(f"{path.name}: {error}")
@@ -243,8 +306,9 @@ def judge(program, text, ranks, out, environment):
     shutil.rmtree(out, ignore_errors=True)
     text = text.replace("'OUT'", f"'{out}'")
     command = (["mpirun", "-n", str(ranks)] if ranks > 1 else []) + [program]
-    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                               env=environment)
+    process = subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment
+    )
     try:
         output, errors = process.communicate(text.encode(), timeout=LIMIT)
     except subprocess.TimeoutExpired:
@@ -267,7 +331,9 @@ def judge(program, text, ranks, out, environment):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("work", type=Path)
     parser.add_argument("program")
     parser.add_argument("count", type=int)
@@ -294,8 +360,12 @@ def main():
             kept.mkdir(exist_ok=True)
             (kept / f"scene_{seed}_on_{ranks}.nml").write_text(text)
         shutil.rmtree(out, ignore_errors=True)
-    print(f"{args.count} scenes: ended with " + ", ".join(f"{number} x {status}" for status, number in ends.items())
-          + f"; {wrong} not clean" + (f", kept in {kept}" if wrong else ""))
+    print(
+        f"{args.count} scenes: ended with "
+        + ", ".join(f"{number} x {status}" for status, number in ends.items())
+        + f"; {wrong} not clean"
+        + (f", kept in {kept}" if wrong else "")
+    )
     sys.exit(1 if wrong else 0)
 
 

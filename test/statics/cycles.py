@@ -1,5 +1,7 @@
-"""A ball pressed into a soft metal, drawn back a little, pressed deeper, drawn back, in 500 quasi-static steps: none is halved, none
-needs more than 6 Newton iterations; the same in fewer steps. usage: cycles.py (in an empty directory; GIMP3D is the program)"""
+"""A ball pressed into a soft metal, drawn back a little, pressed deeper, drawn back, in 500 quasi-static
+steps: none is halved, none needs more than 6 Newton iterations; the same in fewer steps. usage: cycles.py (in
+an empty directory; GIMP3D is the program)"""
+
 import numpy as np
 
 from static_scenes import check, counts, finish, newton_by_step, require, run, tool
@@ -20,13 +22,15 @@ if __name__ == "__main__":
     for step in (1, 10):
         log = run(SCENE.format(step=step), 1)
         iterations = np.array(newton_by_step(log))
-        print(f"   steps of {0.01*step} cells: Newton iterations {np.bincount(iterations)} times 0, 1, 2 ...")
+        print(
+            f"   steps of {0.01 * step} cells: Newton iterations {np.bincount(iterations)} times 0, 1, 2 ..."
+        )
         require(f"step {step}: none is halved", counts(log)[4] == 0)
-        require(f"step {step}: all steps are there", len(iterations) >= 500/step)
+        require(f"step {step}: all steps are there", len(iterations) >= 500 / step)
         check(f"step {step}: Newton iterations of a step", iterations, 6)
         history = tool(f"cycles_{step}", "ball")
         loads[step] = np.interp((200, 440), history["time"], history["load_z"])
         lifted = history["load_z"][-1]
         require(f"step {step}: drawn back, it bears less", lifted < loads[step][1])
-    check("load at both depths with ten times the step, relative", loads[10]/loads[1] - 1, 0.02)
+    check("load at both depths with ten times the step, relative", loads[10] / loads[1] - 1, 0.02)
     finish()

@@ -1,8 +1,19 @@
-"""Quasi-static steps against exact answers (theory.md, Quasi-static steps). usage: equilibrium.py (in an empty directory; GIMP3D is
-the program)"""
+"""Quasi-static steps against exact answers (theory.md, Quasi-static steps). usage: equilibrium.py (in an
+empty directory; GIMP3D is the program)"""
+
 import numpy as np
 
-from static_scenes import check, counts, finish, first_particles, last_particles, newton_by_step, require, run, tool
+from static_scenes import (
+    check,
+    counts,
+    finish,
+    first_particles,
+    last_particles,
+    newton_by_step,
+    require,
+    run,
+    tool,
+)
 
 YOUNG = 1e3
 
@@ -12,33 +23,44 @@ def material(law, more=""):
 
 
 def patch():
-    """A block whose faces lie inside cells, between rollers, under a pressure of a third of its modulus in ten steps: its stress is that
-    everywhere, whatever the domains do, though the particles cross cells."""
+    """A block whose faces lie inside cells, between rollers, under a pressure of a third of its modulus in
+    ten steps: its stress is that everywhere, whatever the domains do, though the particles cross cells."""
     for domain in ("stretch", "corners"):
-        text = ("&scene title='patch', end_time=1 /\n"
-                "&grid lower=0,0,0, upper=0.6,0.6,1, cell_size=0.1, boundary='symmetry','free','symmetry','free','roller','free' /\n"
-                + material("neo_hookean", ", poisson=0.3") +
-                "&body material='soft', shape='box', lower=0,0,0, upper=0.35,0.35,0.65 /\n"
-                "&pressure lower=0,0,0.65, upper=0.35,0.35,0.65, times=0,1, values=0,300 /\n"
-                f"&time domain='{domain}' /\n"
-                f"&quasi_static step=0.1, max_step=0.1, tolerance=1e-10 /\n&output directory='patch_{domain}' /\n")
+        text = (
+            "&scene title='patch', end_time=1 /\n"
+            "&grid lower=0,0,0, upper=0.6,0.6,1, cell_size=0.1, "
+            "boundary='symmetry','free','symmetry','free','roller','free' /\n"
+            + material("neo_hookean", ", poisson=0.3")
+            + "&body material='soft', shape='box', lower=0,0,0, upper=0.35,0.35,0.65 /\n"
+            "&pressure lower=0,0,0.65, upper=0.35,0.35,0.65, times=0,1, values=0,300 /\n"
+            f"&time domain='{domain}' /\n"
+            f"&quasi_static step=0.1, max_step=0.1, tolerance=1e-10 /\n&output directory='patch_{domain}' /\n"
+        )
         run(text, 1)
         stress = last_particles(f"patch_{domain}")["stress"]
         spread = stress - stress.mean(axis=0)
-        check(f"patch, {domain}: spread of the stress, relative", spread/np.abs(stress).max(), 1e-8)
-        check(f"patch, {domain}: stress beside the axis, relative", stress.mean(axis=0)[[0, 1, 3, 4, 5]]/300, 1e-8)
+        check(f"patch, {domain}: spread of the stress, relative", spread / np.abs(stress).max(), 1e-8)
+        check(
+            f"patch, {domain}: stress beside the axis, relative",
+            stress.mean(axis=0)[[0, 1, 3, 4, 5]] / 300,
+            1e-8,
+        )
 
 
 def plate():
-    """The same block pressed by 17 % by a smooth plate: uniform, at most three Newton iterations a step. The load is that of a block
-    of the law with free sides."""
-    text = ("&scene title='plate', end_time=1 /\n"
-            "&grid lower=0,0,0, upper=0.8,0.8,1.2, cell_size=0.1, boundary='symmetry','free','symmetry','free','roller','free' /\n"
-            + material("neo_hookean", ", poisson=0.3") +
-            "&body material='soft', shape='box', lower=0,0,0, upper=0.45,0.45,0.8 /\n"
-            "&tool name='plate', shape='flat', radius=2, tip=0,0,0.8, times=0, speeds=0.136 /\n"
-            "&time domain='stretch' /\n"
-            "&quasi_static step=0.1, max_step=0.1, tolerance={tolerance}, iterations=.true. /\n&output directory='plate_{ranks}' /\n")
+    """The same block pressed by 17 % by a smooth plate: uniform, at most three Newton iterations a step. The
+    load is that of a block of the law with free sides."""
+    text = (
+        "&scene title='plate', end_time=1 /\n"
+        "&grid lower=0,0,0, upper=0.8,0.8,1.2, cell_size=0.1, "
+        "boundary='symmetry','free','symmetry','free','roller','free' /\n"
+        + material("neo_hookean", ", poisson=0.3")
+        + "&body material='soft', shape='box', lower=0,0,0, upper=0.45,0.45,0.8 /\n"
+        "&tool name='plate', shape='flat', radius=2, tip=0,0,0.8, times=0, speeds=0.136 /\n"
+        "&time domain='stretch' /\n"
+        "&quasi_static step=0.1, max_step=0.1, tolerance={tolerance}, iterations=.true. /\n&output "
+        "directory='plate_{ranks}' /\n"
+    )
     log = run(text.format(tolerance="1e-6", ranks=0), 1)
     check("plate: Newton iterations of a step", np.array(newton_by_step(log)), 3)
     require("plate: ten steps, none halved", counts(log)[0] == 10 and counts(log)[4] == 0)
@@ -46,55 +68,84 @@ def plate():
     for ranks in (1, 2):
         run(text.format(tolerance="1e-10", ranks=ranks), ranks)
         stress = last_particles(f"plate_{ranks}")["stress"]
-        check(f"plate, {ranks} ranks: spread of the stress, relative", np.ptp(stress, axis=0)/np.abs(stress).max(), 1e-8)
+        check(
+            f"plate, {ranks} ranks: spread of the stress, relative",
+            np.ptp(stress, axis=0) / np.abs(stress).max(),
+            1e-8,
+        )
         loads.append(tool(f"plate_{ranks}", "plate")["load_z"][-1])
-    check("plate: load on 2 ranks against 1, relative", loads[1]/loads[0] - 1, 1e-9)
+    check("plate: load on 2 ranks against 1, relative", loads[1] / loads[0] - 1, 1e-9)
     # the block's height, less what the points yield, and its stress by the law
     particles, first = last_particles("plate_1"), first_particles("plate_1")
-    stretch = np.ptp(particles["position"][:, 2])/np.ptp(first["position"][:, 2])
-    mu, bulk = YOUNG/2.6, YOUNG/1.2
+    stretch = np.ptp(particles["position"][:, 2]) / np.ptp(first["position"][:, 2])
+    mu, bulk = YOUNG / 2.6, YOUNG / 1.2
     across = 1.0
     for _ in range(60):  # no stress across
-        jacobian = across**2*stretch
-        stress = lambda b: mu*jacobian**(-5/3)*(b - (2*across**2 + stretch**2)/3) + bulk*(jacobian - 1)
-        slope = (stress(across**2) - (lambda a: mu*(a**2*stretch)**(-5/3)*(a**2 - (2*a**2 + stretch**2)/3)
-                                      + bulk*(a**2*stretch - 1))(across - 1e-7))/1e-7
-        across -= stress(across**2)/slope
-    exact = mu*jacobian**(-5/3)*(stretch**2 - (2*across**2 + stretch**2)/3) + bulk*(jacobian - 1)
-    check("plate: stress against the law's at that height, relative", last_particles("plate_1")["stress"][:, 2].mean()/exact - 1, 1e-6)
+        jacobian = across**2 * stretch
+        stress = lambda b: (
+            mu * jacobian ** (-5 / 3) * (b - (2 * across**2 + stretch**2) / 3) + bulk * (jacobian - 1)
+        )
+        slope = (
+            stress(across**2)
+            - (
+                lambda a: (
+                    mu * (a**2 * stretch) ** (-5 / 3) * (a**2 - (2 * a**2 + stretch**2) / 3)
+                    + bulk * (a**2 * stretch - 1)
+                )
+            )(across - 1e-7)
+        ) / 1e-7
+        across -= stress(across**2) / slope
+    exact = mu * jacobian ** (-5 / 3) * (stretch**2 - (2 * across**2 + stretch**2) / 3) + bulk * (
+        jacobian - 1
+    )
+    check(
+        "plate: stress against the law's at that height, relative",
+        last_particles("plate_1")["stress"][:, 2].mean() / exact - 1,
+        1e-6,
+    )
 
 
 def column():
-    """A column under its own weight, 39 % of its modulus at the foot (AMPLE's first test): mean error of the stress against
-    rho g (L - Z). The bounds are what a laboratory in plane strain had."""
+    """A column under its own weight, 39 % of its modulus at the foot (AMPLE's first test): mean error of the
+    stress against rho g (L - Z). The bounds are what a laboratory in plane strain had."""
     length, density, gravity = 0.8, 50.0, 9.81
     for cells, bound in ((4, 2.2e-2), (8, 9.5e-3), (16, 2.8e-3), (32, 9.6e-4)):
-        h = length/cells
-        text = (f"&scene title='column', end_time=1 /\n&grid lower=0,0,0, upper={h!r},{h!r},{length + 4*h!r}, cell_size={h!r},\n"
-                "boundary='symmetry','symmetry','symmetry','symmetry','roller','free' /\n" + material("neo_hookean", ", poisson=0") +
-                f"&body material='soft', shape='box', lower=0,0,0, upper={h!r},{h!r},{length} /\n"
-                f"&gravity acceleration=0,0,-{gravity} /\n&time domain='stretch' /\n"
-                f"&quasi_static step=0.05, max_step=0.05, ramp=1 /\n&output directory='column_{cells}' /\n")
+        h = length / cells
+        text = (
+            f"&scene title='column', end_time=1 /\n&grid lower=0,0,0, upper={h!r},{h!r},{length + 4 * h!r}, "
+            f"cell_size={h!r},\n"
+            "boundary='symmetry','symmetry','symmetry','symmetry','roller','free' /\n"
+            + material("neo_hookean", ", poisson=0")
+            + f"&body material='soft', shape='box', lower=0,0,0, upper={h!r},{h!r},{length} /\n"
+            f"&gravity acceleration=0,0,-{gravity} /\n&time domain='stretch' /\n"
+            f"&quasi_static step=0.05, max_step=0.05, ramp=1 /\n&output directory='column_{cells}' /\n"
+        )
         log = run(text, 1)
         first, last = first_particles(f"column_{cells}"), last_particles(f"column_{cells}")
-        off = np.abs(last["stress"][:, 2] + density*gravity*(length - first["position"][:, 2]))*first["volume"]
-        error = off.sum()/(density*gravity*length*first["volume"].sum())
+        off = (
+            np.abs(last["stress"][:, 2] + density * gravity * (length - first["position"][:, 2]))
+            * first["volume"]
+        )
+        error = off.sum() / (density * gravity * length * first["volume"].sum())
         check(f"column of {cells} cells: mean error of the stress, relative", error, bound)
         check(f"column of {cells} cells: Newton iterations a step", counts(log)[1], 3)
 
 
 def ball(title, tip, times, speeds, more=""):
-    return (f"&scene title='{title}', end_time=2 /\n"
-            "&grid lower=0,0,0, upper=12,12,7, cell_size=1, boundary='symmetry','free','symmetry','free','fixed','free' /\n"
-            "&material name='soft', model='elastic', density=0.1, young=1, poisson=0.3 /\n"
-            "&body material='soft', shape='box', lower=0,0,0, upper=9,9,4 /\n"
-            f"&tool name='ball', shape='sphere', radius=6, tip=0,0,{tip}, times={times}, speeds={speeds} /\n"
-            f"&quasi_static step=0.25, max_step=0.25 /\n&output directory='{title}' /\n{more}")
+    return (
+        f"&scene title='{title}', end_time=2 /\n"
+        "&grid lower=0,0,0, upper=12,12,7, cell_size=1, "
+        "boundary='symmetry','free','symmetry','free','fixed','free' /\n"
+        "&material name='soft', model='elastic', density=0.1, young=1, poisson=0.3 /\n"
+        "&body material='soft', shape='box', lower=0,0,0, upper=9,9,4 /\n"
+        f"&tool name='ball', shape='sphere', radius=6, tip=0,0,{tip}, times={times}, speeds={speeds} /\n"
+        f"&quasi_static step=0.25, max_step=0.25 /\n&output directory='{title}' /\n{more}"
+    )
 
 
 def tools_that_leave():
-    """A ball that presses and leaves: no load after, nothing left in the body; on 1, 2 and 4 ranks the same to the tolerance. A
-    ball that begins far away; one that never comes near."""
+    """A ball that presses and leaves: no load after, nothing left in the body; on 1, 2 and 4 ranks the same
+    to the tolerance. A ball that begins far away; one that never comes near."""
     loads = {}
     for ranks in (1, 2, 4):
         run(ball(f"lift_{ranks}", 4, "0,0.99,1,1.01", "0.4,0.4,0,-0.6"), ranks)
@@ -104,7 +155,7 @@ def tools_that_leave():
     require("lift: no load once it has left", loads[1][-1] == 0.0)
     for ranks in (2, 4):
         require(f"lift: as many rows on {ranks} ranks", len(loads[ranks]) == len(loads[1]))
-        check(f"lift: load on {ranks} ranks against 1, relative", (loads[ranks] - loads[1])/largest, 1e-5)
+        check(f"lift: load on {ranks} ranks against 1, relative", (loads[ranks] - loads[1]) / largest, 1e-5)
     stress = last_particles("lift_1")["stress"]
     check("lift: stress left behind, over Young's modulus", stress, 0.01)
     log = run(ball("from_afar", 5.9, "0", "1.2"), 2)
@@ -116,28 +167,50 @@ def tools_that_leave():
 
 
 def changes():
-    """Pressed with inertia, then held without: the load becomes that of a run without inertia, for elastic material has no memory; and
-    back: a run that is quasi-static at first, then explicit, goes on from its equilibrium at rest."""
-    text = ball("{name}", 4, "0,2,2.01", "0.2,0.2,0").replace("end_time=2 ", "end_time=6 ").replace("step=0.25, max_step=0.25", "{steps}")
+    """Pressed with inertia, then held without: the load becomes that of a run without inertia, for elastic
+    material has no memory; and back: a run that is quasi-static at first, then explicit, goes on from its
+    equilibrium at rest."""
+    text = (
+        ball("{name}", 4, "0,2,2.01", "0.2,0.2,0")
+        .replace("end_time=2 ", "end_time=6 ")
+        .replace("step=0.25, max_step=0.25", "{steps}")
+    )
     load = {}
-    for name, steps in (("held", "step=0.25, max_step=0.25"), ("loaded", "step=0.25, max_step=0.25, from=3"),
-                        ("let_go", "step=0.25, max_step=0.25, to=5.9")):
+    for name, steps in (
+        ("held", "step=0.25, max_step=0.25"),
+        ("loaded", "step=0.25, max_step=0.25, from=3"),
+        ("let_go", "step=0.25, max_step=0.25, to=5.9"),
+    ):
         log = run(text.format(name=name, steps=steps), 2)
         load[name] = tool(name, "ball")["load_z"]
         require(f"{name}: the change is told", name == "held" or "steps      from time" in log)
-    check("loaded with inertia, then held: load against that without, relative", load["loaded"][-1]/load["held"][-1] - 1, 0.05)
-    check("explicit from its equilibrium on: load against that, relative", load["let_go"][-1]/load["held"][-1] - 1, 0.05)
+    check(
+        "loaded with inertia, then held: load against that without, relative",
+        load["loaded"][-1] / load["held"][-1] - 1,
+        0.05,
+    )
+    check(
+        "explicit from its equilibrium on: load against that, relative",
+        load["let_go"][-1] / load["held"][-1] - 1,
+        0.05,
+    )
 
 
 def no_equilibrium():
-    """A block that nothing holds, pressed: status 3, a sentence with a particle, and the last good state on the disk."""
-    text = ("&scene title='loose', end_time=1 /\n&grid lower=0,0,0, upper=1,1,1, cell_size=0.1 /\n"
-            + material("neo_hookean", ", poisson=0.3") +
-            "&body material='soft', shape='box', lower=0.3,0.3,0.3, upper=0.6,0.6,0.6 /\n"
-            "&pressure lower=0.3,0.3,0.6, upper=0.6,0.6,0.6, times=0,1, values=0,300 /\n"
-            "&quasi_static step=0.5 /\n&output directory='loose' /\n")
+    """A block that nothing holds, pressed: status 3, a sentence with a particle, and the last good state on
+    the disk."""
+    text = (
+        "&scene title='loose', end_time=1 /\n&grid lower=0,0,0, upper=1,1,1, cell_size=0.1 /\n"
+        + material("neo_hookean", ", poisson=0.3")
+        + "&body material='soft', shape='box', lower=0.3,0.3,0.3, upper=0.6,0.6,0.6 /\n"
+        "&pressure lower=0.3,0.3,0.6, upper=0.6,0.6,0.6, times=0,1, values=0,300 /\n"
+        "&quasi_static step=0.5 /\n&output directory='loose' /\n"
+    )
     log = run(text, 1, allowed=(3,))
-    require("loose: the sentence names a particle and what to do", "no equilibrium with steps down to" in log and "particle" in log)
+    require(
+        "loose: the sentence names a particle and what to do",
+        "no equilibrium with steps down to" in log and "particle" in log,
+    )
     require("loose: the last good state stands on the disk", "the last good state, of step" in log)
 
 

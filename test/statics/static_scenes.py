@@ -1,4 +1,5 @@
 """What the scripts of this suite share: scenes with &quasi_static, and what runs of them say."""
+
 import re
 import sys
 from pathlib import Path
@@ -14,7 +15,9 @@ from runs import check, finish, require  # noqa: E402,F401
 
 def last_particles(directory):
     """The last snapshot, in the order of ids."""
-    paths = sorted(Path(directory).glob("particles_*.h5"), key=lambda path: int(re.search(r"(\d+)\.h5", path.name)[1]))
+    paths = sorted(
+        Path(directory).glob("particles_*.h5"), key=lambda path: int(re.search(r"(\d+)\.h5", path.name)[1])
+    )
     particles = Particles(paths[-1])
     order = np.argsort(particles.ids)
     return {name: values[order] for name, values in particles.fields.items()}
@@ -32,7 +35,11 @@ def tool(directory, name):
 
 def counts(log):
     """Steps; Newton iterations, solves and products a step; times halved."""
-    found = re.search(r"quasi-static: (\d+) steps, (\S+) Newton iterations, (\S+) linear solves and (\S+) products a step; (\d+) times", log)
+    found = re.search(
+        r"quasi-static: (\d+) steps, (\S+) Newton iterations, (\S+) linear solves and (\S+) products a step; "
+        r"(\d+) times",
+        log,
+    )
     return [float(value) for value in found.groups()]
 
 

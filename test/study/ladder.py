@@ -1,4 +1,5 @@
 """A short study from end to end. usage: ladder.py ROOT GIMP3D"""
+
 import csv
 import json
 import subprocess
@@ -35,8 +36,22 @@ def check(what, holds):
 
 
 def study(*options, setting="setting.toml", scene=ROOT / "input/hertz.nml"):
-    done = subprocess.run([sys.executable, ROOT / "post/study.py", scene, "--setting", setting, "--out", "out", "--program", GIMP3D,
-                           *options], capture_output=True, text=True)
+    done = subprocess.run(
+        [
+            sys.executable,
+            ROOT / "post/study.py",
+            scene,
+            "--setting",
+            setting,
+            "--out",
+            "out",
+            "--program",
+            GIMP3D,
+            *options,
+        ],
+        capture_output=True,
+        text=True,
+    )
     return done.returncode, done.stdout, done.stderr
 
 
@@ -53,17 +68,26 @@ Path("setting.toml").write_text(SETTING)
 status, said, wrong = study("--repeats", "1", "--budget", "1e-6")
 print(said + wrong)
 table = rows("out/load/study.csv")
-check("a budget that the first run takes up: the rest is left out and told", status == 0 and sum(line.startswith("left out: ") for line in said.splitlines()) == 8
-      and sum(bool(row["error_percent"]) for row in table) == 1 and sum(row["fault"] == "left out: budget" for row in table) == 5)
+check(
+    "a budget that the first run takes up: the rest is left out and told",
+    status == 0
+    and sum(line.startswith("left out: ") for line in said.splitlines()) == 8
+    and sum(bool(row["error_percent"]) for row in table) == 1
+    and sum(row["fault"] == "left out: budget" for row in table) == 5,
+)
 before = records()
 status, said, wrong = study("--repeats", "1")
 print(said + wrong)
 check("the study goes on", status == 0 and not wrong)
-check("what was run is not run again", all(records()[path] == text for path, text in before.items())
-      and len(records()) > len(before))
+check(
+    "what was run is not run again",
+    all(records()[path] == text for path, text in before.items()) and len(records()) > len(before),
+)
 table = {(row["family"], round(float(row["cell"]) * 1e9)): row for row in rows("out/load/study.csv")}
-check("all six rungs stand in the table", len(table) == 6
-      and all(row["error_percent"] and not row["fault"] for row in table.values()))
+check(
+    "all six rungs stand in the table",
+    len(table) == 6 and all(row["error_percent"] and not row["fault"] for row in table.values()),
+)
 errors = {key: float(row["error_percent"]) for key, row in table.items()}
 seconds = {key: float(row["core_seconds"]) for key, row in table.items()}
 eight = [errors["8 a cell", cell] for cell in (2000, 1333, 1000)]
@@ -72,16 +96,36 @@ check("8 a cell: 2 to 5 % on 1000 nm (doc/user/accuracy.md: 3.1 % as a mean)", 2
 order = next(line for line in said.splitlines() if line.startswith("Fitted orders"))
 order = float(order.split("8 a cell ")[1].split(",")[0])
 check(f"8 a cell: order {order} is between 1 and 2.5", 1 < order < 2.5)
-front = {key for key in table if not any(seconds[o] <= seconds[key] and errors[o] < errors[key] or
-                                         seconds[o] < seconds[key] and errors[o] <= errors[key] for o in table)}
-check(f"the front is that of all pairs: {sorted(front)}", front == {key for key, row in table.items() if row["on_front"] == "1"})
-fewer = [int(table["1 a cell", cell]["particles"]) / int(table["8 a cell", cell]["particles"]) for cell in (2000, 1000)]
+front = {
+    key
+    for key in table
+    if not any(
+        seconds[o] <= seconds[key]
+        and errors[o] < errors[key]
+        or seconds[o] < seconds[key]
+        and errors[o] <= errors[key]
+        for o in table
+    )
+}
+check(
+    f"the front is that of all pairs: {sorted(front)}",
+    front == {key for key, row in table.items() if row["on_front"] == "1"},
+)
+fewer = [
+    int(table["1 a cell", cell]["particles"]) / int(table["8 a cell", cell]["particles"])
+    for cell in (2000, 1000)
+]
 check("1 a cell has an eighth of the particles", all(0.115 < share < 0.135 for share in fewer))
 shares = {row["share"]: float(row["change_percent"]) for row in rows("out/load/shares.csv")}
 print(shares)
-check("shares: space above inertia above a contact solved more sharply",
-      shares["space"] > shares["inertia"] > shares["contact"] >= 0)
-check("shares: a hundred in all", abs(sum(float(row["share_percent"]) for row in rows("out/load/shares.csv")) - 100) < 1e-6)
+check(
+    "shares: space above inertia above a contact solved more sharply",
+    shares["space"] > shares["inertia"] > shares["contact"] >= 0,
+)
+check(
+    "shares: a hundred in all",
+    abs(sum(float(row["share_percent"]) for row in rows("out/load/shares.csv")) - 100) < 1e-6,
+)
 check("answers: what 5 % costs, the comparison", "5 % costs" in said and "1 a cell at equal error" in said)
 picture = Path("out/load/study.png").read_bytes()
 check("a picture", picture[:8] == b"\x89PNG\r\n\x1a\n" and len(picture) > 20000)
@@ -89,26 +133,48 @@ check("a picture", picture[:8] == b"\x89PNG\r\n\x1a\n" and len(picture) > 20000)
 before = records()
 status, said, wrong = study("--repeats", "1", "--quantity", "limit")
 check("another quantity of the same runs: nothing is run", status == 0 and records() == before)
-errors = {row["cell"]: float(row["error_percent"]) for row in rows("out/limit/study.csv")
-          if row["family"] == "8 a cell" and row["error_percent"]} if status == 0 else {}
-check(f"beside the grids' own limit, or the finest run and a sentence: {errors}",
-      "Richardson's limit of 8 a cell (order" in said and len(errors) == 3 or "Richardson's limit is not to be had" in said)
+errors = (
+    {
+        row["cell"]: float(row["error_percent"])
+        for row in rows("out/limit/study.csv")
+        if row["family"] == "8 a cell" and row["error_percent"]
+    }
+    if status == 0
+    else {}
+)
+check(
+    f"beside the grids' own limit, or the finest run and a sentence: {errors}",
+    "Richardson's limit of 8 a cell (order" in said
+    and len(errors) == 3
+    or "Richardson's limit is not to be had" in said,
+)
 
 # A broken record, and wrong settings
 one = next(iter(records()))
 one.write_text("{")
 status, said, wrong = study("--repeats", "1")
-check("a record that is cut off is told, with its name", status == 1 and str(one.parent.name) in wrong and "Traceback" not in wrong)
+check(
+    "a record that is cut off is told, with its name",
+    status == 1 and str(one.parent.name) in wrong and "Traceback" not in wrong,
+)
 one.write_text(before[one])
 json.loads(one.read_text())
 for sentence, options, old, new in (
-        ("QUANTITY=mass", ["--quantity", "mass"], "", ""), ("unknown knob", [], "tolerance =", "tolerances ="),
-        ("no.csv", [], "sphere_hypo_h0.1", "no"), ("--budget", ["--budget", "-1"], "", ""),
-        ("must be", [], "speed = 2.0", '"scene.end_time" = -1.0')):
+    ("QUANTITY=mass", ["--quantity", "mass"], "", ""),
+    ("unknown knob", [], "tolerance =", "tolerances ="),
+    ("no.csv", [], "sphere_hypo_h0.1", "no"),
+    ("--budget", ["--budget", "-1"], "", ""),
+    ("must be", [], "speed = 2.0", '"scene.end_time" = -1.0'),
+):
     Path("bad.toml").write_text(SETTING.replace(old, new) if old else SETTING)
     status, said, wrong = study("--repeats", "1", *options, setting="bad.toml")
-    check(f"refused: {sentence}: {wrong.strip()[-150:]}", status == 1 and sentence in wrong and "Traceback" not in wrong)
+    check(
+        f"refused: {sentence}: {wrong.strip()[-150:]}",
+        status == 1 and sentence in wrong and "Traceback" not in wrong,
+    )
 status, said, wrong = study(scene="absent.nml")
-check("a scene that is not there is refused", status == 1 and "absent.nml" in wrong and "Traceback" not in wrong)
+check(
+    "a scene that is not there is refused", status == 1 and "absent.nml" in wrong and "Traceback" not in wrong
+)
 print(f"{len(faults)} failed")
 sys.exit(1 if faults else 0)

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """A stand-in for `mpirun -n RANKS gimp3d`: answers a scene at once, with an error and a price that are known.
 
-The load is K depth^1.5 (1 + A h^ORDER + B speed + C safety): h the finest cell in um, speed that of the tool over 20 m/s, safety over
-0.35. A run takes steps and particle-steps as the scene's cells say, and RATE s for each, more with levels. Variables of the
-environment: PRETEND_A, PRETEND_ORDER, PRETEND_B, PRETEND_C; PRETEND_JUMP adds an error to cells below a size (um) that no coarser one
-has; PRETEND_REFUSED is a list of cells (um) that are refused; PRETEND_LOG a file that gets a line a run.
-"""
+The load is K depth^1.5 (1 + A h^ORDER + B speed + C safety): h the finest cell in um, speed that of the tool
+over 20 m/s, safety over 0.35. A run takes steps and particle-steps as the scene's cells say, and RATE s for
+each, more with levels. Variables of the environment: PRETEND_A, PRETEND_ORDER, PRETEND_B, PRETEND_C;
+PRETEND_JUMP adds an error to cells below a size (um) that no coarser one has; PRETEND_REFUSED is a list of
+cells (um) that are refused; PRETEND_LOG a file that gets a line a run."""
+
 import os
 import sys
 from pathlib import Path
@@ -15,7 +16,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "post"))
 from run_data import read_namelists
 
-RATE = 2e-7 # s
+RATE = 2e-7  # s
 number = lambda name, default: float(os.environ.get(f"PRETEND_{name}", default))
 text = sys.stdin.read()
 case = read_namelists(text)
@@ -35,20 +36,28 @@ updates = steps * particles * (1 + levels)
 seconds = RATE * updates * (1 + 0.3 * levels) + 1e-4 * steps
 megabytes = 3e-4 * particles
 if plans:
-    print(f"steps      {steps:.0f} of the coarsest level\nmemory     {megabytes:.4g} MB on all ranks together: particles 1 MB")
-    print(f"output      0.5 0.5 0.5 0 1 1 %\nall         {seconds:.6g} {seconds + 0.5:.6g} {seconds:.6g} 0 1 100.0 %")
+    print(
+        f"steps      {steps:.0f} of the coarsest level\nmemory     {megabytes:.4g} MB on all ranks together: "
+        "particles 1 MB"
+    )
+    print(
+        f"output      0.5 0.5 0.5 0 1 1 %\nall         {seconds:.6g} {seconds + 0.5:.6g} {seconds:.6g} 0 1 "
+        "100.0 %"
+    )
     print(f"{updates:.0f} particle-steps on 1 ranks in {seconds:.3g} s")
     sys.exit()
-error = number("A", 0.02) * finest**number("ORDER", 1.5) + number("B", 0) * speed + number("C", 0) * safety
+error = number("A", 0.02) * finest ** number("ORDER", 1.5) + number("B", 0) * speed + number("C", 0) * safety
 if finest < number("JUMP", 0):
     error += 0.05
 time = np.linspace(0, scene["end_time"][0], 201)
 depth = np.interp(time, tool["times"], np.array([0, 0.5e-6]))
 depth = 0.5e-6 * time / time[-1]
 load = 1e9 * depth**1.5 * (1 + error)
-Path("tool_sphere.dat").write_text('TITLE = "pretended"\nVARIABLES = "time [s]" "depth [m]" "load_x [N]" "load_y [N]" "load_z [N]"\n'
-                                   'ZONE T="history", STRANDID=1, SOLUTIONTIME=0\nAUXDATA model_share="0.25"\n'
-                                   + "".join(f"{t:.10e} {d:.10e} 0 0 {f:.10e}\n" for t, d, f in zip(time, depth, load)))
+Path("tool_sphere.dat").write_text(
+    'TITLE = "pretended"\nVARIABLES = "time [s]" "depth [m]" "load_x [N]" "load_y [N]" "load_z [N]"\n'
+    'ZONE T="history", STRANDID=1, SOLUTIONTIME=0\nAUXDATA model_share="0.25"\n'
+    + "".join(f"{t:.10e} {d:.10e} 0 0 {f:.10e}\n" for t, d, f in zip(time, depth, load))
+)
 Path("cost.dat").write_text(f'AUXDATA phase_1="all"\n1 {seconds:.9g} {seconds:.9g} {seconds:.9g}\n')
 print(f"particles  {particles:.0f} on 1 rank(s), {megabytes:.6g} MB in all, 272 B a particle")
 print(f"{steps:.0f} steps to the end\n{updates:.0f} particle-steps on 1 ranks in {seconds:.3g} s")

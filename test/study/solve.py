@@ -1,6 +1,8 @@
-"""`make solve` with a stand-in for the program whose errors and times are known (pretend.py), and its model with made-up numbers.
+"""`make solve` with a stand-in for the program whose errors and times are known (pretend.py), and its model
+with made-up numbers.
 
 usage: solve.py ROOT"""
+
 import json
 import os
 import subprocess
@@ -31,32 +33,70 @@ def near(value, wanted, share=1e-9):
 x = np.linspace(0.5, 1, 50)
 exact = lambda h, speed=1.0, step=1.0: 3 * x**1.5 + 0.1 * x * h**1.7 + 0.02 * speed + 0.01 * step * x
 sample = lambda h, speed=1.0, step=1.0: Sample(h, speed, step, exact(h, speed, step))
-errors = Errors([sample(h) for h in (1.0, 0.5, 0.3)], (sample(0.5), sample(0.5, speed=2.0)), (sample(0.5), sample(0.5, step=0.5)))
+errors = Errors(
+    [sample(h) for h in (1.0, 0.5, 0.3)],
+    (sample(0.5), sample(0.5, speed=2.0)),
+    (sample(0.5), sample(0.5, step=0.5)),
+)
 rms = lambda curve: 100 * np.sqrt(np.mean(curve**2)) / 3
 parts = errors.parts(0.2, speed=0.5, step=0.25)
 check(f"order {errors.order:.6f}", near(errors.order, 1.7, 1e-6) and not errors.notes)
-check("each part by itself", near(parts["space"], rms(0.1 * x * 0.2**1.7), 1e-6) and near(parts["speed"], rms(0.01 + 0 * x), 1e-6)
-      and near(parts["time step"], rms(0.0025 * x), 1e-6))
+check(
+    "each part by itself",
+    near(parts["space"], rms(0.1 * x * 0.2**1.7), 1e-6)
+    and near(parts["speed"], rms(0.01 + 0 * x), 1e-6)
+    and near(parts["time step"], rms(0.0025 * x), 1e-6),
+)
 check("parts add as sizes", near(errors.total(0.2, 0.5, 0.25), sum(parts.values())))
-slower = Errors([sample(1.0), sample(0.5), sample(0.3, speed=0.25)], (sample(0.5), sample(0.5, speed=2.0)),
-                (sample(0.5), sample(0.5, step=0.5)))
-check("a grid at another speed is taken to the speed of none", near(slower.order, 1.7, 1e-6)
-      and near(slower.total(0.3, 0.25), errors.total(0.3, 0.25), 1e-6))
+slower = Errors(
+    [sample(1.0), sample(0.5), sample(0.3, speed=0.25)],
+    (sample(0.5), sample(0.5, speed=2.0)),
+    (sample(0.5), sample(0.5, step=0.5)),
+)
+check(
+    "a grid at another speed is taken to the speed of none",
+    near(slower.order, 1.7, 1e-6) and near(slower.total(0.3, 0.25), errors.total(0.3, 0.25), 1e-6),
+)
 rough = Errors([Sample(h, 1.0, 1.0, 3 * x + c) for h, c in ((1.0, 0.3), (0.5, 0.0), (0.25, 0.06))])
-check(f"grids without an order: the first, and a note: {rough.notes}", rough.order == 1.0 and "no order in the cell" in rough.notes[0]
-      and rough.total(0.25) > 1.9 and rough.trust > 1)
+check(
+    f"grids without an order: the first, and a note: {rough.notes}",
+    rough.order == 1.0
+    and "no order in the cell" in rough.notes[0]
+    and rough.total(0.25) > 1.9
+    and rough.trust > 1,
+)
 check("no part that was not looked at", set(rough.parts(1.0)) == {"space"})
 price = Price([(s, u, 1e-3 * s + 1e-7 * u) for s, u in ((100, 1e5), (200, 2e6), (400, 3e7))])
 check("the price of steps and particle-steps", near(price.of(1000, 1e9), 101, 1e-6))
-check("and of particle-steps alone, where the fit would be below 0", near(Price([(100, 1e6, 1.0), (400, 8e6, 9.0)]).of(1, 8e6), 9.0))
-options = [Choice({}, (n,), error, seconds, 1.0) for n, (error, seconds) in enumerate([(5, 1), (1.5, 10), (0.9, 30), (0.7, 20), (0.1, 900)])]
+check(
+    "and of particle-steps alone, where the fit would be below 0",
+    near(Price([(100, 1e6, 1.0), (400, 8e6, 9.0)]).of(1, 8e6), 9.0),
+)
+options = [
+    Choice({}, (n,), error, seconds, 1.0)
+    for n, (error, seconds) in enumerate([(5, 1), (1.5, 10), (0.9, 30), (0.7, 20), (0.1, 900)])
+]
 check("the cheapest within the margin of the target", choose(options, 1.0, 1e3)[0] is options[3])
-check("none", choose(options, 0.1, 1e3)[0] is None and choose(options, 0.1, 25)[1] is options[3] and choose(options, 0.1, 0.5)[1] is None)
+check(
+    "none",
+    choose(options, 0.1, 1e3)[0] is None
+    and choose(options, 0.1, 25)[1] is options[3]
+    and choose(options, 0.1, 0.5)[1] is None,
+)
 quasi = {"tool": [{"speeds": [0, 20]}], "material": [{"model": ["j2"]}], "body": [{}]}
 check("the speed is free where only a tool is prescribed", speed_is_free(quasi))
-check("and not in impact, with rates, with gravity, without anything prescribed",
-      not any(speed_is_free({**quasi, **more}) for more in ({"body": [{"velocity": [0, 0, -1]}]}, {"material": [{"model": ["norton"]}]},
-                                                            {"gravity": [{}]}, {"tool": []})))
+check(
+    "and not in impact, with rates, with gravity, without anything prescribed",
+    not any(
+        speed_is_free({**quasi, **more})
+        for more in (
+            {"body": [{"velocity": [0, 0, -1]}]},
+            {"material": [{"model": ["norton"]}]},
+            {"gravity": [{}]},
+            {"tool": []},
+        )
+    ),
+)
 
 # ---- the command ----
 SETTING = """
@@ -74,20 +114,52 @@ launch = f"{sys.executable} {Path(__file__).with_name('pretend.py')}"
 
 def solve(error, budget, setting="plain", out="out", **pretend):
     Path("calls").unlink(missing_ok=True)
-    done = subprocess.run([sys.executable, ROOT / "post/solve.py", ROOT / "input/hertz.nml", "--error", str(error), "--budget", str(budget),
-                           "--setting", f"{setting}.toml", "--out", out, "--program", "program", "--launch", launch, "--ranks", "2"],
-                          capture_output=True, text=True,
-                          env={**os.environ, "PRETEND_LOG": str(Path("calls").resolve()), **{f"PRETEND_{k}": str(v) for k, v in pretend.items()}})
+    done = subprocess.run(
+        [
+            sys.executable,
+            ROOT / "post/solve.py",
+            ROOT / "input/hertz.nml",
+            "--error",
+            str(error),
+            "--budget",
+            str(budget),
+            "--setting",
+            f"{setting}.toml",
+            "--out",
+            out,
+            "--program",
+            "program",
+            "--launch",
+            launch,
+            "--ranks",
+            "2",
+        ],
+        capture_output=True,
+        text=True,
+        env={
+            **os.environ,
+            "PRETEND_LOG": str(Path("calls").resolve()),
+            **{f"PRETEND_{k}": str(v) for k, v in pretend.items()},
+        },
+    )
     print(done.stdout + done.stderr)
     answer = Path(out) / "answer.json"
-    return done.returncode, done.stdout + done.stderr, json.loads(answer.read_text()) if done.returncode == 0 else None, \
-        [line.split() for line in Path("calls").read_text().splitlines()] if Path("calls").exists() else []
+    return (
+        done.returncode,
+        done.stdout + done.stderr,
+        json.loads(answer.read_text()) if done.returncode == 0 else None,
+        [line.split() for line in Path("calls").read_text().splitlines()] if Path("calls").exists() else [],
+    )
 
 
 def true_error(answer, a, order, b=0.0, c=0.0):
     """Rms over the second half of the depth of what pretend.py adds, per cent of the largest exact load."""
     settings = answer["settings"]
-    off = a * (answer["finest_cell"] * 1e6)**order + b * settings.get("speed", 1.0) + c * settings.get("safety", 0.35) / 0.35
+    off = (
+        a * (answer["finest_cell"] * 1e6) ** order
+        + b * settings.get("speed", 1.0)
+        + c * settings.get("safety", 0.35) / 0.35
+    )
     depth = np.linspace(0.5, 1, 201)[1:]
     return 100 * abs(off) * np.sqrt(np.mean(depth**3))
 
@@ -95,33 +167,68 @@ def true_error(answer, a, order, b=0.0, c=0.0):
 for target in (2, 0.5):
     status, said, answer, calls = solve(target, 4e3, out=f"out_{target}", A=0.02, ORDER=1.5, B=0.003, C=0.001)
     true = true_error(answer, 0.02, 1.5, 0.003, 0.001)
-    check(f"{target} %: met, {answer['error']:.3g} % said, {true:.3g} % true", status == 0 and answer["met"] and true <= target
-          and near(answer["error"], true, 0.02) and answer["error_uncertainty"] < target)
-    check(f"predicted {answer['predicted_seconds']:.3g} s, took {answer['seconds']:.3g} s; predicted {answer['predicted_megabytes']:.3g} MB, "
-          f"{answer['megabytes']:.3g} MB", near(answer["predicted_seconds"], answer["seconds"], 0.1)
-          and near(answer["predicted_megabytes"], answer["megabytes"], 0.1))
+    check(
+        f"{target} %: met, {answer['error']:.3g} % said, {true:.3g} % true",
+        status == 0
+        and answer["met"]
+        and true <= target
+        and near(answer["error"], true, 0.02)
+        and answer["error_uncertainty"] < target,
+    )
+    check(
+        f"predicted {answer['predicted_seconds']:.3g} s, took {answer['seconds']:.3g} s; predicted "
+        f"{answer['predicted_megabytes']:.3g} MB, {answer['megabytes']:.3g} MB",
+        near(answer["predicted_seconds"], answer["seconds"], 0.1)
+        and near(answer["predicted_megabytes"], answer["megabytes"], 0.1),
+    )
     chosen = (Path(f"out_{target}") / "chosen.nml").read_text()
-    check("the scene that was chosen is there, with its outputs", "&output" in chosen and "out/solve/hertz/run" in chosen
-          and f"cell_size={answer['settings']['cell']!r}" in chosen)
+    check(
+        "the scene that was chosen is there, with its outputs",
+        "&output" in chosen
+        and "out/solve/hertz/run" in chosen
+        and f"cell_size={answer['settings']['cell']!r}" in chosen,
+    )
 cheaper = min(calls and [float(call[1]) for call in calls if call[0] == "run"])
 check("nothing finer than what was chosen was run", near(cheaper * 1e-6, answer["finest_cell"], 1e-3))
 _, _, levelled, _ = solve(0.5, 1e5, "boxes", out="out_boxes", A=0.02, ORDER=1.5)
 _, _, uniform, _ = solve(0.5, 1e5, out="out_uniform", A=0.02, ORDER=1.5)
-check(f"levels where they are cheaper: {levelled['settings']}", levelled["settings"]["levels"] > 0
-      and levelled["seconds"] < 0.3 * uniform["seconds"] and levelled["error"] <= 0.5)
+check(
+    f"levels where they are cheaper: {levelled['settings']}",
+    levelled["settings"]["levels"] > 0
+    and levelled["seconds"] < 0.3 * uniform["seconds"]
+    and levelled["error"] <= 0.5,
+)
 _, _, again, calls = solve(0.5, 1e5, "boxes", out="out_boxes", A=0.02, ORDER=1.5)
-check("what was run is not run again", not [call for call in calls if call[0] == "run"] and again["error"] == levelled["error"])
+check(
+    "what was run is not run again",
+    not [call for call in calls if call[0] == "run"] and again["error"] == levelled["error"],
+)
 status, said, _, calls = solve(0.5, 5, out="out_short", A=0.02, ORDER=1.5, B=0.003)
-check("a budget that does not do: what it would take, and what is to be had", status == 1 and "would take" in said and "is to be had" in said)
+check(
+    "a budget that does not do: what it would take, and what is to be had",
+    status == 1 and "would take" in said and "is to be had" in said,
+)
 status, said, _, calls = solve(0.001, 1e9, out="out_never", A=0.2, ORDER=1.0)
 check("an error that no settings have", status == 1 and "is not to be had" in said)
 status, said, answer, _ = solve(1, 1e5, out="out_jump", A=0.02, ORDER=1.5, JUMP=0.45)
-check("an error that comes up below the pilots' cells is not missed in silence", status == 1 or answer["error"] > 1 or true_error(
-    answer, 0.02, 1.5) + (5 if answer["finest_cell"] < 0.45e-6 else 0) <= 1 + answer["error_uncertainty"])
+check(
+    "an error that comes up below the pilots' cells is not missed in silence",
+    status == 1
+    or answer["error"] > 1
+    or true_error(answer, 0.02, 1.5) + (5 if answer["finest_cell"] < 0.45e-6 else 0)
+    <= 1 + answer["error_uncertainty"],
+)
 status, said, answer, _ = solve(1, 1e5, out="out_refused", A=0.02, ORDER=1.5, REFUSED="3 0.5 0.6666666667")
-check("cells that are refused are gone around", status == 0 and all(abs(1e6 * answer["settings"]["cell"] - bad) > 0.01 for bad in (3, 0.5, 2 / 3)))
-status, said, _, _ = solve(1, 1e5, out="out_none", A=0.02, REFUSED="4 3 2 1.3333333333 1 0.6666666667 0.5 0.3333333333")
-check("fewer than three cells", status == 2 and "fewer than three cells" in said and "does not divide" in said)
+check(
+    "cells that are refused are gone around",
+    status == 0 and all(abs(1e6 * answer["settings"]["cell"] - bad) > 0.01 for bad in (3, 0.5, 2 / 3)),
+)
+status, said, _, _ = solve(
+    1, 1e5, out="out_none", A=0.02, REFUSED="4 3 2 1.3333333333 1 0.6666666667 0.5 0.3333333333"
+)
+check(
+    "fewer than three cells", status == 2 and "fewer than three cells" in said and "does not divide" in said
+)
 status, said, _, _ = solve(-1, 100, out="out_bad")
 check("an error below 0", status == 2 and "ERROR must be above 0" in said)
 sys.exit(1 if faults else 0)

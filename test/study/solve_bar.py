@@ -1,4 +1,5 @@
 """`make solve` with the program, on a cheap scene with an exact answer. usage: solve_bar.py ROOT GIMP3D"""
+
 import json
 import subprocess
 import sys
@@ -21,8 +22,24 @@ def check(what, holds):
 
 
 def solve(error, *options, scene=ROOT / "input/bar.nml", out="out"):
-    done = subprocess.run([sys.executable, ROOT / "post/solve.py", scene, "--quantity", "displacement", "--error", str(error), "--out", out,
-                           "--program", GIMP3D, *options], capture_output=True, text=True)
+    done = subprocess.run(
+        [
+            sys.executable,
+            ROOT / "post/solve.py",
+            scene,
+            "--quantity",
+            "displacement",
+            "--error",
+            str(error),
+            "--out",
+            out,
+            "--program",
+            GIMP3D,
+            *options,
+        ],
+        capture_output=True,
+        text=True,
+    )
     print(done.stdout + done.stderr)
     return done.returncode, done.stdout, done.stderr
 
@@ -33,13 +50,22 @@ class Known:
     def __init__(self, answer):
         sys.path.insert(0, str(ROOT / "post"))
         from run_data import read_namelists
+
         self.directory = Path(answer["run"])
         self.case = read_namelists(self.directory / "scene.nml")
         self.settings = answer["settings"]
 
 
 class Quantity:
-    name, kind, probe, point, column, window, smooth = "displacement", "probe", "end", (), "displacement_z", (0, 1), 0
+    name, kind, probe, point, column, window, smooth = (
+        "displacement",
+        "probe",
+        "end",
+        (),
+        "displacement_z",
+        (0, 1),
+        0,
+    )
 
 
 for error in (5, 2):
@@ -50,11 +76,17 @@ for error in (5, 2):
     _, found = study_quantity.curve_of(run, Quantity)
     true, _ = study_fit.norms(found, exact)
     check(f"{error} %: the price stands before the run", said.index("predicted") < said.index("reached"))
-    check(f"{error} %: met ({answer['error']:.2g} +- {answer['error_uncertainty']:.2g} %) and truly so ({true:.2g} %)",
-          status == 0 and answer["met"] and true <= error)
+    check(
+        f"{error} %: met ({answer['error']:.2g} +- {answer['error_uncertainty']:.2g} %) and truly so "
+        f"({true:.2g} %)",
+        status == 0 and answer["met"] and true <= error,
+    )
     check(f"{error} %: chosen.nml is a scene", "&grid" in Path(f"out_{error}/chosen.nml").read_text())
 cells = [json.loads(Path(f"out_{error}/answer.json").read_text())["settings"]["cell"] for error in (5, 2)]
-check(f"cells of {cells[0]:.3g} m for 5 % are not finer than those for 2 %, {cells[1]:.3g} m", cells[0] >= cells[1])
+check(
+    f"cells of {cells[0]:.3g} m for 5 % are not finer than those for 2 %, {cells[1]:.3g} m",
+    cells[0] >= cells[1],
+)
 status, said, _ = solve(0.001, "--budget", "4", out="out_never")
 check("a target out of reach is told, status 1", status == 1)
 status, _, wrong = solve(1, scene=Path("none.nml"), out="out_none")

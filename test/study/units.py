@@ -1,4 +1,5 @@
 """The parts of post/study.py with made-up numbers. usage: units.py ROOT"""
+
 import itertools
 import random
 import sys
@@ -43,7 +44,10 @@ sizes = [4.0, 2.0, 1.0, 0.5]
 check("order of 3 h^1.7", near(fit.fitted_order(sizes, [3 * h**1.7 for h in sizes]), 1.7))
 check("order of errors that grow is negative", fit.fitted_order(sizes, [1 / h for h in sizes]) < 0)
 check("no order from one size", fit.fitted_order([1.0], [2.0]) is None)
-check("norms of a known difference", np.allclose(fit.norms([1.0, 2.0, -3.9], np.array([1.0, 2.0, -4.0])), [2.5 / 3**0.5, 2.5]))
+check(
+    "norms of a known difference",
+    np.allclose(fit.norms([1.0, 2.0, -3.9], np.array([1.0, 2.0, -4.0])), [2.5 / 3**0.5, 2.5]),
+)
 
 x = np.linspace(0, 1, 11)
 curves = [np.sin(x) + (0.1 + x) * h**1.5 for h in (4.0, 3.0, 1.0)]
@@ -52,46 +56,88 @@ check("Richardson: the limit of f + c h^1.5 on uneven sizes", np.allclose(limit,
 check("Richardson: its order", near(order, 1.5, 1e-6))
 shuffled, _ = fit.richardson([1.0, 4.0, 3.0], [curves[2], curves[0], curves[1]])
 check("Richardson: the order of the sizes does not matter", np.allclose(shuffled, limit))
-check("Richardson: refuses curves that go to and fro", refused(
-    fit.NoOrder, "would be", lambda: fit.richardson([4.0, 2.0, 1.0], [x, x + 1, x])))
-check("Richardson: refuses curves that run away", refused(
-    fit.NoOrder, "would be", lambda: fit.richardson([4.0, 2.0, 1.0], [x, x + 1, x + 3])))
-check("Richardson: refuses two", refused(fit.NoOrder, "three grids", lambda: fit.richardson([2.0, 1.0], [x, x])))
-check("Richardson: refuses the same bits", refused(
-    fit.NoOrder, "same bits", lambda: fit.richardson([4.0, 2.0, 1.0], [x + 1, x, x])))
-check("halving, from a step to a half, a quarter and the double at first order, to the double at second",
-      np.allclose([fit.halved(1.0, 1.0, other, 3.0) for other in (0.5, 0.25, 2.0)], [3.0, 2.0, 1.5])
-      and near(fit.halved(2.0, 1.0, 2.0, 4.0), 1.0))
+check(
+    "Richardson: refuses curves that go to and fro",
+    refused(fit.NoOrder, "would be", lambda: fit.richardson([4.0, 2.0, 1.0], [x, x + 1, x])),
+)
+check(
+    "Richardson: refuses curves that run away",
+    refused(fit.NoOrder, "would be", lambda: fit.richardson([4.0, 2.0, 1.0], [x, x + 1, x + 3])),
+)
+check(
+    "Richardson: refuses two", refused(fit.NoOrder, "three grids", lambda: fit.richardson([2.0, 1.0], [x, x]))
+)
+check(
+    "Richardson: refuses the same bits",
+    refused(fit.NoOrder, "same bits", lambda: fit.richardson([4.0, 2.0, 1.0], [x + 1, x, x])),
+)
+check(
+    "halving, from a step to a half, a quarter and the double at first order, to the double at second",
+    np.allclose([fit.halved(1.0, 1.0, other, 3.0) for other in (0.5, 0.25, 2.0)], [3.0, 2.0, 1.5])
+    and near(fit.halved(2.0, 1.0, 2.0, 4.0), 1.0),
+)
 
 # ---- Pareto ----
 
 chance = random.Random(7)
 for size in (1, 2, 30):
     costs, errors = ([chance.choice([1, 2, 3, 5, 8, 13]) for _ in range(size)] for _ in range(2))
-    beaten = {i for i, j in itertools.permutations(range(size), 2) if costs[j] <= costs[i] and errors[j] <= errors[i]
-              and (costs[j], errors[j]) != (costs[i], errors[i])}
+    beaten = {
+        i
+        for i, j in itertools.permutations(range(size), 2)
+        if costs[j] <= costs[i] and errors[j] <= errors[i] and (costs[j], errors[j]) != (costs[i], errors[i])
+    }
     front = fit.pareto(costs, errors)
-    check(f"Pareto front of {size} points, by trying all", {(costs[i], errors[i]) for i in front}
-          == {(costs[i], errors[i]) for i in range(size) if i not in beaten})
+    check(
+        f"Pareto front of {size} points, by trying all",
+        {(costs[i], errors[i]) for i in front}
+        == {(costs[i], errors[i]) for i in range(size) if i not in beaten},
+    )
 front = fit.Front([1.0, 4.0, 2.0, 3.0, float("nan")], [8.0, 0.5, 2.0, 7.0, 0.1])
-check("front: drops what is beaten and what is no number", list(front.costs) == [1, 2, 4] and list(front.errors) == [8, 2, 0.5])
-check("front: between two points in logarithms", near(front.cost_of(4.0)[0], 2**0.5) and front.cost_of(4.0)[1] == "")
+check(
+    "front: drops what is beaten and what is no number",
+    list(front.costs) == [1, 2, 4] and list(front.errors) == [8, 2, 0.5],
+)
+check(
+    "front: between two points in logarithms",
+    near(front.cost_of(4.0)[0], 2**0.5) and front.cost_of(4.0)[1] == "",
+)
 check("front: a point itself", near(front.error_for(2.0)[0], 2.0) and front.error_for(2.0)[1] == "")
-check("front: beyond the best run it says so", near(front.cost_of(0.125)[0], 8.0) and front.cost_of(0.125)[1] == "extrapolated")
-check("front: not beyond ten times the cost", front.error_for(41.0)[0] is None and front.cost_of(1e-4)[0] is None)
-check("front: nothing is cheaper than the cheapest", front.error_for(0.5)[0] is None and front.cost_of(9.0)[0] is None)
+check(
+    "front: beyond the best run it says so",
+    near(front.cost_of(0.125)[0], 8.0) and front.cost_of(0.125)[1] == "extrapolated",
+)
+check(
+    "front: not beyond ten times the cost",
+    front.error_for(41.0)[0] is None and front.cost_of(1e-4)[0] is None,
+)
+check(
+    "front: nothing is cheaper than the cheapest",
+    front.error_for(0.5)[0] is None and front.cost_of(9.0)[0] is None,
+)
 check("front: one run is not extrapolated", fit.Front([1.0], [1.0]).error_for(2.0) == (None, "one run alone"))
 double = fit.Front(2 * front.costs, front.errors)
 mean, least, most, span = fit.ratio_at_equal_error(double, front)
-check("ratio at equal error: twice as dear is 2",
-      near(mean, 2) and near(least, 2) and near(most, 2) and np.allclose(span, (0.5, 8)))
+check(
+    "ratio at equal error: twice as dear is 2",
+    near(mean, 2) and near(least, 2) and near(most, 2) and np.allclose(span, (0.5, 8)),
+)
 alone = fit.Front([3.0], [2.0])
-check("ratio at equal error: of one run alone, both ways", near(fit.ratio_at_equal_error(alone, front)[0], 1.5)
-      and near(fit.ratio_at_equal_error(front, alone)[0], 1 / 1.5) and fit.ratio_at_equal_error(alone, alone) is None)
-check("ratio at equal error: of one run a little beyond, not far beyond",
-      near(fit.ratio_at_equal_error(fit.Front([3.0], [0.46]), front)[0], 3 / front.cost_of(0.46)[0])
-      and fit.ratio_at_equal_error(fit.Front([3.0], [0.4]), front) is None)
-check("ratio at equal error: none without a common error", fit.ratio_at_equal_error(fit.Front([1, 2], [100, 50]), front) is None)
+check(
+    "ratio at equal error: of one run alone, both ways",
+    near(fit.ratio_at_equal_error(alone, front)[0], 1.5)
+    and near(fit.ratio_at_equal_error(front, alone)[0], 1 / 1.5)
+    and fit.ratio_at_equal_error(alone, alone) is None,
+)
+check(
+    "ratio at equal error: of one run a little beyond, not far beyond",
+    near(fit.ratio_at_equal_error(fit.Front([3.0], [0.46]), front)[0], 3 / front.cost_of(0.46)[0])
+    and fit.ratio_at_equal_error(fit.Front([3.0], [0.4]), front) is None,
+)
+check(
+    "ratio at equal error: none without a common error",
+    fit.ratio_at_equal_error(fit.Front([1, 2], [100, 50]), front) is None,
+)
 
 # ---- scenes ----
 
@@ -115,28 +161,60 @@ def turned(**settings):
 check("editing: nothing turned, nothing changed", scene_of(text, {}, setting).text == text)
 case = turned(cell=0.75)
 grid = case["grid"][0]
-check("editing: cells and whole cells above", grid["cell_size"] == [0.75] and grid["upper"] == [2.25, 2.25, 3.0]
-      and grid["boundary"] == ["free"] * 6 and case["scene"][0]["title"] == ["a / b, cell_size=9"])
-check("editing: a level's side on the grid's stays there", turned(cell=0.7)["level"][0]["upper"] == [1.0, 1.0, 3.5])
-check("editing: levels taken out and added, cut at the grid", "level" not in turned(levels=0)
-      and turned(levels=2)["level"][1] == {"lower": [0, 0, 2], "upper": [0.5, 0.5, 3]})
+check(
+    "editing: cells and whole cells above",
+    grid["cell_size"] == [0.75]
+    and grid["upper"] == [2.25, 2.25, 3.0]
+    and grid["boundary"] == ["free"] * 6
+    and case["scene"][0]["title"] == ["a / b, cell_size=9"],
+)
+check(
+    "editing: a level's side on the grid's stays there",
+    turned(cell=0.7)["level"][0]["upper"] == [1.0, 1.0, 3.5],
+)
+check(
+    "editing: levels taken out and added, cut at the grid",
+    "level" not in turned(levels=0)
+    and turned(levels=2)["level"][1] == {"lower": [0, 0, 2], "upper": [0.5, 0.5, 3]},
+)
 check("editing: a third level is refused", refused(BadSetting, "levels=3", lambda: turned(levels=3)))
 case = turned(speed=2.0)
-check("editing: twice the speed in half the time", case["scene"][0]["end_time"] == [1e-3] and case["tool"][0]["speeds"] == [0, 4]
-      and case["tool"][1]["times"] == [0, 2] and case["tool"][0]["times"] == [0, 0.5])
+check(
+    "editing: twice the speed in half the time",
+    case["scene"][0]["end_time"] == [1e-3]
+    and case["tool"][0]["speeds"] == [0, 4]
+    and case["tool"][1]["times"] == [0, 2]
+    and case["tool"][0]["times"] == [0, 0.5],
+)
 check("editing: a group that is not there is made", turned(safety=0.1)["time"] == [{"safety": [0.1]}])
-check("editing: a variable more in an empty group", turned(**{"anti_locking.kind": "it's"})["anti_locking"] == [{"kind": ["it's"]}])
+check(
+    "editing: a variable more in an empty group",
+    turned(**{"anti_locking.kind": "it's"})["anti_locking"] == [{"kind": ["it's"]}],
+)
 case = turned(**{"tool(2).tip": [1.0, 2.0, 3e-7]})
-check("editing: the second of a kind only", case["tool"][1]["tip"] == [1, 2, 3e-7] and case["tool"][0]["tip"] == [0, 0, 2])
-check("editing: a third that is not there is refused", refused(BadSetting, "number 3", lambda: turned(**{"tool(3).tip": 0})))
+check(
+    "editing: the second of a kind only",
+    case["tool"][1]["tip"] == [1, 2, 3e-7] and case["tool"][0]["tip"] == [0, 0, 2],
+)
+check(
+    "editing: a third that is not there is refused",
+    refused(BadSetting, "number 3", lambda: turned(**{"tool(3).tip": 0})),
+)
 check("editing: an unknown knob is refused", refused(BadSetting, "unknown knob", lambda: turned(cells=1)))
 check("editing: without a group", "anti_locking" not in turned(without="anti_locking"))
 scene = Scene(text)
 add_probes(scene, (0.0, 1.0, 2.0))
 places = np.array([one["position"] for one in read_namelists(scene.text)["probe"]])
-check("editing: eight probes about a node, within the level's smaller particles", len(places) == 8
-      and np.allclose(places.mean(axis=0), [0.0625, 1, 2]) and np.allclose(np.ptp(places, axis=0), [0, 0.125, 0.125]))
-check("editing: a group that does not end is refused", refused(Unreadable, "does not end", lambda: read_namelists("&a b=1\n")))
+check(
+    "editing: eight probes about a node, within the level's smaller particles",
+    len(places) == 8
+    and np.allclose(places.mean(axis=0), [0.0625, 1, 2])
+    and np.allclose(np.ptp(places, axis=0), [0, 0.125, 0.125]),
+)
+check(
+    "editing: a group that does not end is refused",
+    refused(Unreadable, "does not end", lambda: read_namelists("&a b=1\n")),
+)
 
 # ---- curves and settings ----
 
@@ -144,19 +222,31 @@ time = np.linspace(0, 1, 2001)
 swing = 3 - np.cos(2 * np.pi * 4.4 * time)
 check("frequency of a vibration about its mean", near(quantities.frequency(time, swing, None), 4.4, 1e-3))
 load = study_setting.Quantity("load", "load")
-noisy = (time, 5 * time + 0.1 * (-1)**np.arange(2001))
-check("loads: lines are fitted through noise",
-      np.allclose(quantities.at(load, noisy, np.array([0.5, 0.9, 1.0])), [2.5, 4.5, 5], atol=1e-2))
+noisy = (time, 5 * time + 0.1 * (-1) ** np.arange(2001))
+check(
+    "loads: lines are fitted through noise",
+    np.allclose(quantities.at(load, noisy, np.array([0.5, 0.9, 1.0])), [2.5, 4.5, 5], atol=1e-2),
+)
 
 
 way = np.r_[np.linspace(0, 1, 101), np.linspace(1, 0.8, 21)[1:]]  # m, in and back
 rows = "".join(f"{t} {d} 0 0 {5 * d if t < 101 else 0}\n" for t, d in enumerate(way))
-Path("tool_tip.dat").write_text('TITLE="t"\nVARIABLES="time [s]", "depth [m]", "load_x [N]", "load_y [N]", "load_z [N]"\nZONE T="t"\n'
-                                'AUXDATA model_share="1"\n' + rows)
-run = SimpleNamespace(directory=Path("."), settings={}, case=read_namelists(
-    "&body shape='box', lower=0,0,0, upper=1,1,1 /\n&tool name='tip', shape='cone', tip=0,0,1 /\n"))
+Path("tool_tip.dat").write_text(
+    'TITLE="t"\nVARIABLES="time [s]", "depth [m]", "load_x [N]", "load_y [N]", "load_z [N]"\nZONE T="t"\n'
+    'AUXDATA model_share="1"\n' + rows
+)
+run = SimpleNamespace(
+    directory=Path("."),
+    settings={},
+    case=read_namelists(
+        "&body shape='box', lower=0,0,0, upper=1,1,1 /\n&tool name='tip', shape='cone', tip=0,0,1 /\n"
+    ),
+)
 there, force = quantities.curve_of(run, load)
-check("loads: the way back is not among them", len(there) == 101 and there[-1] == 1 and np.allclose(force, 5 * there))
+check(
+    "loads: the way back is not among them",
+    len(there) == 101 and there[-1] == 1 and np.allclose(force, 5 * there),
+)
 
 
 def read(text):
@@ -167,16 +257,22 @@ def read(text):
 
 good = 'cells=[1.0]\n[quantity.load]\nkind="load"\n[families.a]\n'
 check("setting: read", read(good)[0].families[0].rungs() == [{"cell": 1.0}])
-for word, bad in (("unknown cell", good.replace("cells", "cell")), ("kind='lod'", good.replace('"load"', '"lod"')),
-                  ("no values", good.replace("cells=[1.0]", "")), ("must be two", "comparisons=[['a','b']]\n" + good),
-                  ("needs a column", good.replace('"load"', '"probe"')),
-                  ("unknown colour", good.replace("kind=", "colour=1\nkind=")),
-                  ("must rise", good.replace("kind=", "window=[1,0.5]\nkind="))):
+for word, bad in (
+    ("unknown cell", good.replace("cells", "cell")),
+    ("kind='lod'", good.replace('"load"', '"lod"')),
+    ("no values", good.replace("cells=[1.0]", "")),
+    ("must be two", "comparisons=[['a','b']]\n" + good),
+    ("needs a column", good.replace('"load"', '"probe"')),
+    ("unknown colour", good.replace("kind=", "colour=1\nkind=")),
+    ("must rise", good.replace("kind=", "window=[1,0.5]\nkind=")),
+):
     check(f"setting: refused, {word}", refused(BadSetting, word, lambda: read(bad)))
 check("setting: what is no TOML is refused", refused(Unreadable, "setting.toml", lambda: read("a = = 1")))
 for path in sorted([*ROOT.glob("input/studies/*.toml"), *ROOT.glob("input/tutorial/studies/*.toml")]):
     read_setting, wanted = study_setting.read(path)
-    scene = next(place for place in (path.with_suffix(".nml"), path.parents[1] / f"{path.stem}.nml") if place.is_file())
+    scene = next(
+        place for place in (path.with_suffix(".nml"), path.parents[1] / f"{path.stem}.nml") if place.is_file()
+    )
     for family in read_setting.families:
         for rung in family.rungs():
             scene_of(scene.read_text(), {**read_setting.base, **rung}, read_setting)

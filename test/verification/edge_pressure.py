@@ -1,8 +1,9 @@
-"""A nearly incompressible block (nu = 0.49) under a patch of pressure, at rest, its lattice aside of the grid's: in the coarse cells on
-both sides of a level's edge the particles' own pressures scatter little, and their means are those of one level. The same without
-anti-locking must fail. Over the cells of each particle's own level instead of the composite ones they scatter by 1.6 of their size (theory.md,
-Cells of anti-locking at an edge).
-"""
+"""A nearly incompressible block (nu = 0.49) under a patch of pressure, at rest, its lattice aside of the
+grid's: in the coarse cells on both sides of a level's edge the particles' own pressures scatter little, and
+their means are those of one level. The same without anti-locking must fail. Over the cells of each particle's
+own level instead of the composite ones they scatter by 1.6 of their size (theory.md, Cells of anti-locking at
+an edge)."""
+
 import shutil
 import subprocess
 import sys
@@ -28,7 +29,9 @@ SCENE = """&scene title='pressed patch', end_time=3 /
 def cells(name, level, kind="volumetric"):
     """Mean pressure (Pa) and its scatter about that, by cell of the grid."""
     shutil.rmtree(name, ignore_errors=True)
-    done = subprocess.run([GIMP3D], input=SCENE.format(name=name, level=level, kind=kind), text=True, capture_output=True)
+    done = subprocess.run(
+        [GIMP3D], input=SCENE.format(name=name, level=level, kind=kind), text=True, capture_output=True
+    )
     if done.returncode:
         sys.exit(f"{name} ends with status {done.returncode}: {done.stderr}")
     with h5py.File(sorted(Path(name).glob("particles_*.h5"))[-1]) as file:
@@ -45,7 +48,7 @@ def cells(name, level, kind="volumetric"):
 
 def beside_the_edge(key):
     place = np.array([key % 100, key // 100 % 100, key // 10000]) + 0.5
-    if place[2] > 9 or (place[:2] < 2.5).any() or (place[:2] > 11).any(): # at the body's surface
+    if place[2] > 9 or (place[:2] < 2.5).any() or (place[:2] > 11).any():  # at the body's surface
         return False
     around = place + np.array(list(np.ndindex(3, 3, 3))) - 1
     inside = (around[:, :2] > 4).all(axis=1) & (around[:, :2] < 10).all(axis=1) & (around[:, 2] > 5)
@@ -58,7 +61,10 @@ def compare(name, reference, kind):
     level = np.sqrt(np.mean([reference[key][0] ** 2 for key in keys]))
     off = np.sqrt(np.mean([(found[key][0] - reference[key][0]) ** 2 for key in keys])) / level
     scatter = np.sqrt(np.mean([found[key][1] ** 2 for key in keys])) / level
-    print(f"   {name}: {len(keys)} cells, rms pressure {level:.3g} Pa; means off {100 * off:.2f} %, scatter {100 * scatter:.2f} % of it")
+    print(
+        f"   {name}: {len(keys)} cells, rms pressure {level:.3g} Pa; means off {100 * off:.2f} %, scatter "
+        f"{100 * scatter:.2f} % of it"
+    )
     return off, scatter
 
 
@@ -66,6 +72,11 @@ one_level = cells("one", "")
 off, scatter = compare("joined", one_level, "volumetric")
 _, unmended = compare("locking", one_level, "none")
 if not (off < 0.15 and scatter < 0.1 * unmended):
-    sys.exit("means beside the edge are not those of one level within 15 %, or pressures scatter by more than a tenth of those without anti-locking")
+    sys.exit(
+        "means beside the edge are not those of one level within 15 %, or pressures scatter by more than a "
+        "tenth of those without anti-locking"
+    )
 if not unmended > 1:
-    sys.exit("the control does not fail: without anti-locking pressures should scatter by more than their size")
+    sys.exit(
+        "the control does not fail: without anti-locking pressures should scatter by more than their size"
+    )

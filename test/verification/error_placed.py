@@ -1,9 +1,10 @@
-"""Levels that the estimated error places hold all that is touched, from before the first step on and until they are looked at again.
+"""Levels that the estimated error places hold all that is touched, from before the first step on and until
+they are looked at again.
 
-A punch wider than the ball around its tip, with no box given and with one; the load is that of a grid that is as fine everywhere.
-Cones, cylinders, two tools, a tool of a file, contact groups: none runs out of the finest level. The budget is that of all levels,
-and a run says when it binds.
-"""
+A punch wider than the ball around its tip, with no box given and with one; the load is that of a grid that is
+as fine everywhere. Cones, cylinders, two tools, a tool of a file, contact groups: none runs out of the finest
+level. The budget is that of all levels, and a run says when it binds."""
+
 import re
 import subprocess
 import sys
@@ -27,7 +28,9 @@ def need(condition, what):
 
 def run(name, level=LEVEL, tool=TOOL, end=END, cell=1, text=SHIPPED):
     text = text.replace(LEVEL, level).replace(TOOL, tool).replace("end_time=0.2", f"end_time={end}")
-    text = text.replace("cell_size=1,", f"cell_size={cell},").replace("'out/wide_punch', every=0.1", f"'{name}', formats='none'")
+    text = text.replace("cell_size=1,", f"cell_size={cell},").replace(
+        "'out/wide_punch', every=0.1", f"'{name}', formats='none'"
+    )
     done = subprocess.run([GIMP3D], input=text, text=True, capture_output=True)
     return done.returncode, done.stdout, done.stderr
 
@@ -50,8 +53,14 @@ works("coarse", level="")
 said = works("placed")
 works("in_a_box", level="&level criterion='error', lower=2,0,2, upper=18,8,9, max_cells=20000 /\n")
 for name in ("placed", "in_a_box"):
-    need(abs(load(name) / load("fine") - 1) < 0.01, f"{name}: load {100 * (load(name) / load('fine') - 1):+.2f} % off the fine grid's")
-need(abs(load("coarse") / load("fine") - 1) > 0.02, f"control: the coarse grid is {100 * (load('coarse') / load('fine') - 1):+.2f} % off")
+    need(
+        abs(load(name) / load("fine") - 1) < 0.01,
+        f"{name}: load {100 * (load(name) / load('fine') - 1):+.2f} % off the fine grid's",
+    )
+need(
+    abs(load("coarse") / load("fine") - 1) > 0.02,
+    f"control: the coarse grid is {100 * (load('coarse') / load('fine') - 1):+.2f} % off",
+)
 
 # the budget
 need("budget     7500 cells of all levels that the error places together" in said, "a run says its budget")
@@ -59,23 +68,33 @@ need("max_cells kept out cells whose error is above the tolerance" in said, "and
 cells = int(re.search(r"level 2 has (\d+) cells", said).group(1))
 need(cells <= 7500, f"and keeps to it: {cells} cells")
 said = works("free", level="&level criterion='error', tolerance=0.02 /\n", end=0.06)
-need("levels by the error: looked at" in said and "max_cells kept out" not in said, "it does not bind where there is room")
+need(
+    "levels by the error: looked at" in said and "max_cells kept out" not in said,
+    "it does not bind where there is room",
+)
 status, _, wrong = run("too_few", level="&level criterion='error', max_cells=2000 /\n")
-need(status == 2 and re.search(r"line \d+, &level max_cells=2000: what is touched at the start needs \d+ cells", wrong), wrong.strip())
+need(
+    status == 2
+    and re.search(r"line \d+, &level max_cells=2000: what is touched at the start needs \d+ cells", wrong),
+    wrong.strip(),
+)
 two = "&level criterion='error', max_cells={} /\n&level criterion='error', max_cells=100000 /\n"
 status, _, wrong = run("too_few_together", level=two.format(18000), end=0.01)
 need(status == 2 and "of the level and of finer ones" in wrong, wrong.strip())
 works("enough_together", level=two.format(100000), end=0.01)
 
 # tools of other forms, and several; each comes from some way off
-tools = {"cone": "&tool name='punch', shape='cone', half_angle=80, tip=10,0,6.3, times=0,0.01, speeds=0,5 /\n",
-         "roll": "&tool name='punch', shape='cylinder', radius=7, edge=0,1,0, tip=10,0,6.3, times=0,0.01, speeds=0,8 /\n",
-         "pyramid": "&tool name='punch', shape='berkovich', tip=10,4,6, times=0,0.01, speeds=0,5 /\n",
-         "two": "&tool name='punch', shape='flat', radius=2, tip=4,0,6, times=0,0.01, speeds=0,4 /\n"
-                "&tool name='ball', shape='sphere', radius=5, tip=15,0,6.2, times=0,0.01, speeds=0,5 /\n",
-         "file": "&tool name='punch', shape='surface', file='block.stl', tip=10,4,6, times=0,0.01, speeds=0,3 /\n"}
+tools = {
+    "cone": "&tool name='punch', shape='cone', half_angle=80, tip=10,0,6.3, times=0,0.01, speeds=0,5 /\n",
+    "roll": "&tool name='punch', shape='cylinder', radius=7, edge=0,1,0, tip=10,0,6.3, times=0,0.01, "
+    "speeds=0,8 /\n",
+    "pyramid": "&tool name='punch', shape='berkovich', tip=10,4,6, times=0,0.01, speeds=0,5 /\n",
+    "two": "&tool name='punch', shape='flat', radius=2, tip=4,0,6, times=0,0.01, speeds=0,4 /\n"
+    "&tool name='ball', shape='sphere', radius=5, tip=15,0,6.2, times=0,0.01, speeds=0,5 /\n",
+    "file": "&tool name='punch', shape='surface', file='block.stl', tip=10,4,6, times=0,0.01, speeds=0,3 /\n",
+}
 corners = np.array([[x, y, z] for z in (0, 3) for y in (-9, 9) for x in (-5, 5)], float)
-with open("block.stl", "w") as stl: # wide, with sharp edges, its foremost point its origin
+with open("block.stl", "w") as stl:  # wide, with sharp edges, its foremost point its origin
     stl.write("solid block\n")
     for a, b, c, d in ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)):
         for three in ((a, b, c), (a, c, d)):
@@ -100,9 +119,17 @@ GROUPS = """&scene title='two balls', end_time=0.7 /
 said = works("groups", text=GROUPS)
 changed = float(re.search(r"^momentum: changed by ([-+0-9.e]+)", said, re.M).group(1))
 need(changed < 1e-11, f"groups: momentum changed by {changed}")
-pushed = [float(line.split()[-1]) for line in Path("groups", "contact_left_right.dat").read_text().splitlines() if re.match(r"^\s*[-0-9]", line)]
+pushed = [
+    float(line.split()[-1])
+    for line in Path("groups", "contact_left_right.dat").read_text().splitlines()
+    if re.match(r"^\s*[-0-9]", line)
+]
 need(len(pushed) > 10, "groups: rows of their contact")
-status, _, wrong = run("groups_control", text=GROUPS.replace("&level criterion='error', max_cells=20000, tolerance=0.2 /",
-                                                         "&level lower=2,-2,-2, upper=6,2,2 /"))
+status, _, wrong = run(
+    "groups_control",
+    text=GROUPS.replace(
+        "&level criterion='error', max_cells=20000, tolerance=0.2 /", "&level lower=2,-2,-2, upper=6,2,2 /"
+    ),
+)
 need(status == 3, f"control: contact outside a level that stays: status {status}")
 sys.exit(1 if failed else 0)

@@ -1,5 +1,6 @@
-"""What a scene gets that says nothing of domains and anti-locking, against exact answers. usage: forming.py NAME...
-(in an empty directory; GIMP3D is the program)"""
+"""What a scene gets that says nothing of domains and anti-locking, against exact answers. usage: forming.py
+NAME... (in an empty directory; GIMP3D is the program)"""
+
 import math
 import re
 import sys
@@ -10,8 +11,8 @@ import numpy as np
 from run_scene import History, probe, replace, run
 from runs import check, finish, require
 
-RADIUS, HEIGHT = 10e-3, 15e-3      # m
-YIELD, HARDENING = 700e6, 300e6    # Pa
+RADIUS, HEIGHT = 10e-3, 15e-3  # m
+YIELD, HARDENING = 700e6, 300e6  # Pa
 BILLET = f"""&scene title='billet upset between smooth dies', end_time=4.75e-4 /
 &grid lower=0,0,0, upper=22e-3,22e-3,18e-3, cell_size=2e-3, boundary='symmetry','free','symmetry','free','symmetry','free' /
 &material name='steel', model='j2', density=7833, young=200e9, poisson=0.3, yield_stress={YIELD}, hardening_modulus={HARDENING} /
@@ -29,46 +30,66 @@ DISK = """&scene title='spinning disk', end_time=10 /
 
 
 def loads_off(directory):
-    """Load over the exact one less 1, at 2, 3, 5, 7 and 8.5 mm (mean over 0.4 mm): flow at (Y + H ln(h0/h)), volume kept."""
+    """Load over the exact one less 1, at 2, 3, 5, 7 and 8.5 mm (mean over 0.4 mm): flow at (Y + H ln(h0/h)),
+    volume kept."""
     rows = History(Path(directory) / "tool_die.dat")
     off = []
     for depth in (2e-3, 3e-3, 5e-3, 7e-3, 8.5e-3):
         near = abs(rows["depth"] - depth) < 0.2e-3
         height = HEIGHT - rows["depth"][near]
-        exact = (YIELD + HARDENING*np.log(HEIGHT/height))*math.pi/4*RADIUS**2*HEIGHT/height
-        off.append(rows["load_z"][near].mean()/exact.mean() - 1)
+        exact = (YIELD + HARDENING * np.log(HEIGHT / height)) * math.pi / 4 * RADIUS**2 * HEIGHT / height
+        off.append(rows["load_z"][near].mean() / exact.mean() - 1)
     return np.array(off)
 
 
 def billet():
     log = run(BILLET, 1)
-    require("what the program chose is said", "chosen     domain='corners'" in log and "chosen     anti_locking" in log)
+    require(
+        "what the program chose is said",
+        "chosen     domain='corners'" in log and "chosen     anti_locking" in log,
+    )
     require("no range is left", not re.search("^range ", log, re.M))
     check("billet: load off the exact one from 13 to 57 % of the height", loads_off("billet"), 0.01)
     log = run(BILLET + "&time domain='fixed' /\n", 1)
     off = loads_off("billet")
-    require("cubes that are pressed flat are said to overlap", re.search("^range .*fixed domains overlap", log, re.M) is not None)
-    print(f"   control: cubes with anti-locking are off by up to {100*abs(off).max():.1f} %")
+    require(
+        "cubes that are pressed flat are said to overlap",
+        re.search("^range .*fixed domains overlap", log, re.M) is not None,
+    )
+    print(f"   control: cubes with anti-locking are off by up to {100 * abs(off).max():.1f} %")
     require("control: cubes with anti-locking are off by more than 1 %", abs(off).max() > 0.01)
 
 
 def choices():
-    for domain, kind in (("stretch", "volumetric"), ("stretch", "none"), ("corners", "none"), ("fixed", "none")):
+    for domain, kind in (
+        ("stretch", "volumetric"),
+        ("stretch", "none"),
+        ("corners", "none"),
+        ("fixed", "none"),
+    ):
         run(BILLET + f"&time domain='{domain}' /\n&anti_locking kind='{kind}' /\n", 1)
-        check(f"billet, domain='{domain}', anti-locking '{kind}': load off the exact one", loads_off("billet"), 0.01)
+        check(
+            f"billet, domain='{domain}', anti-locking '{kind}': load off the exact one",
+            loads_off("billet"),
+            0.01,
+        )
 
 
 def disk():
-    """Centrifugal stress at the centre, (3 + nu')/8 rho w2 R2 with nu' = nu/(1 - nu), in the mean of the disk's ringing in each of the last
-    turns."""
+    """Centrifugal stress at the centre, (3 + nu')/8 rho w2 R2 with nu' = nu/(1 - nu), in the mean of the
+    disk's ringing in each of the last turns."""
     run(DISK, 1)
     rows = probe("disk", "centre")
-    radial = 0.5*(rows["stress_xx"] + rows["stress_yy"])
-    exact = (3 + 0.3/0.7)/8*1000*6.32455532**2
-    turn = 2*math.pi/6.32455532
+    radial = 0.5 * (rows["stress_xx"] + rows["stress_yy"])
+    exact = (3 + 0.3 / 0.7) / 8 * 1000 * 6.32455532**2
+    turn = 2 * math.pi / 6.32455532
     for n in (7, 8, 9):
-        within = (rows["time"] > (n - 1)*turn) & (rows["time"] <= n*turn)
-        check(f"disk: stress of the particle at the centre, turn {n}, off the exact one", radial[within].mean()/exact - 1, 0.05)
+        within = (rows["time"] > (n - 1) * turn) & (rows["time"] <= n * turn)
+        check(
+            f"disk: stress of the particle at the centre, turn {n}, off the exact one",
+            radial[within].mean() / exact - 1,
+            0.05,
+        )
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
-"""Levels whose region is a ball of cells, or two boxes that overlap, or two that only touch: the load on a ball that is pressed into an
-elastic block is that of the box that contains them within 1 %, with fewer cells; mass and bits on two ranks as always.
-"""
+"""Levels whose region is a ball of cells, or two boxes that overlap, or two that only touch: the load on a
+ball that is pressed into an elastic block is that of the box that contains them within 1 %, with fewer cells;
+mass and bits on two ranks as always."""
+
 import re
 import shutil
 import subprocess
@@ -40,7 +41,7 @@ def run(name, level, ranks=1):
     names = re.findall(r'"(\w+) \[', next(line for line in lines if line.startswith("VARIABLES")))
     rows = np.loadtxt([line for line in lines if re.match(r"^\s*[-0-9]", line)])
     load = rows[:, names.index("load_z")]
-    late = rows[:, 0] > 0.3 # waves have been through
+    late = rows[:, 0] > 0.3  # waves have been through
     cells = int(re.search(r"^level 2 .*, (\d+) cells of", done.stdout, re.M).group(1))
     return load[late].mean(), cells
 
@@ -57,9 +58,15 @@ for name, level in PARTS.items():
 again, _ = run("ball_on_two", PARTS["ball"], ranks=2)
 once, _ = run("ball", PARTS["ball"])
 print(f"   ball on two ranks: {again / once - 1:+.1e}")
-near = SCENE.format(name="near", level="&level shape='sphere', center=5,5,5, radius=3 / &level lower=2.5,2.5,2.5, upper=7.5,7.5,7.5 /")
+near = SCENE.format(
+    name="near",
+    level="&level shape='sphere', center=5,5,5, radius=3 / &level lower=2.5,2.5,2.5, upper=7.5,7.5,7.5 /",
+)
 done = subprocess.run([GIMP3D], input=near, text=True, capture_output=True)
-said = "line 3, &level: the level reaches (2.75,2.75,2.75) m, less than 2 cells of 500 mm inside the edge of level 2, which it refines"
+said = (
+    "line 3, &level: the level reaches (2.75,2.75,2.75) m, less than 2 cells of 500 mm inside the edge of "
+    "level 2, which it refines"
+)
 if done.returncode != 2 or said not in done.stderr or Path("near").exists():
     failed = True
     print(f"   FAILED: too near: status {done.returncode}, {done.stderr}")

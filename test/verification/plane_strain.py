@@ -1,6 +1,8 @@
-"""Static plane strain of a clamped beam under its weight: nine-node finite elements, small strain. The reference of locking.py.
+"""Static plane strain of a clamped beam under its weight: nine-node finite elements, small strain. The
+reference of locking.py.
 
 The pressure is summed over 2 x 2 points, all else over 3 x 3: so these elements do not lock."""
+
 import numpy as np
 
 
@@ -11,12 +13,19 @@ def shapes(t):
 
 def stiffness(lame, shear, a, b):
     """Stiffness of one element with the edges a and b, and the weight of a unit body force on each node."""
-    volume = lame + 2 * shear / 3 # bulk modulus, for the mean of the strains
-    laws = {3: shear * np.array([[4, -2, 0], [-2, 4, 0], [0, 0, 3]]) / 3, 2: volume * np.array([[1, 1, 0], [1, 1, 0], [0, 0, 0]])}
+    volume = lame + 2 * shear / 3  # bulk modulus, for the mean of the strains
+    laws = {
+        3: shear * np.array([[4, -2, 0], [-2, 4, 0], [0, 0, 3]]) / 3,
+        2: volume * np.array([[1, 1, 0], [1, 1, 0], [0, 0, 0]]),
+    }
     matrix, weight = np.zeros((18, 18)), np.zeros(9)
     for order, law in laws.items():
         points, shares = np.polynomial.legendre.leggauss(order)
-        for s, t, share in [(s, t, a * b / 4 * of_s * of_t) for s, of_s in zip(points, shares) for t, of_t in zip(points, shares)]:
+        for s, t, share in [
+            (s, t, a * b / 4 * of_s * of_t)
+            for s, of_s in zip(points, shares)
+            for t, of_t in zip(points, shares)
+        ]:
             (n, dn), (m, dm) = shapes(s), shapes(t)
             along_x, along_z = np.outer(m, dn).ravel() * 2 / a, np.outer(dm, n).ravel() * 2 / b
             strain = np.zeros((3, 18))
@@ -29,7 +38,8 @@ def stiffness(lame, shear, a, b):
 
 
 def cantilever(length, height, young, poisson, force, place, elements=8):
-    """Deflection along z at a place (x, z) of a beam 0..length, 0..height held at x = 0 under a body force (N/m3) along z.
+    """Deflection along z at a place (x, z) of a beam 0..length, 0..height held at x = 0 under a body force
+    (N/m3) along z.
 
     elements: over the height; over the length as many more as keeps them square."""
     lame, shear = young * poisson / (1 + poisson) / (1 - 2 * poisson), young / 2 / (1 + poisson)
@@ -50,7 +60,9 @@ def cantilever(length, height, young, poisson, force, place, elements=8):
     moved = np.zeros(size)
     moved[free] = np.linalg.solve(whole[free, free], load[free])
     i, k = min(int(place[0] / a), along - 1), min(int(place[1] / b), across - 1)
-    values = np.outer(shapes(2 * (place[1] - k * b) / b - 1)[0], shapes(2 * (place[0] - i * a) / a - 1)[0]).ravel()
+    values = np.outer(
+        shapes(2 * (place[1] - k * b) / b - 1)[0], shapes(2 * (place[0] - i * a) / a - 1)[0]
+    ).ravel()
     return values @ moved[2 * (corner + 2 * i * rows + 2 * k) + 1]
 
 

@@ -1,5 +1,6 @@
-"""What rolling_long.sh measures, beside slab theory: von Karman's equation for a plate in plane strain between rigid rolls, with
-Coulomb's friction where it slips, at most the yield stress in shear."""
+"""What rolling_long.sh measures, beside slab theory: von Karman's equation for a plate in plane strain
+between rigid rolls, with Coulomb's friction where it slips, at most the yield stress in shear."""
+
 import h5py
 
 from runs import *
@@ -8,7 +9,8 @@ RADIUS, BEFORE, GAP, YIELD, FRICTION, SPEED, SLICE = 0.2, 20e-3, 16e-3, 500e6, 0
 
 
 def slab(points=20001):
-    """Force and moment on a roll (N/m, N m/m), forward slip, and where the plate has the speed of the rolls (m before the exit)."""
+    """Force and moment on a roll (N/m, N m/m), forward slip, and where the plate has the speed of the rolls
+    (m before the exit)."""
     flow = 2 * YIELD / np.sqrt(3)
     x = np.linspace(-np.sqrt(RADIUS * (BEFORE - GAP) - (BEFORE - GAP) ** 2 / 4), 0, points)
     angle = np.arcsin(-x / RADIUS)
@@ -54,8 +56,11 @@ seconds = front["time"][-1] - front["time"][late]
 after, before = ((one["x"][-1] - one["x"][late]) / seconds for one in (front, tail))
 last = sorted(Path("rolling").glob("particles_*.h5"))[-1]
 behind = thickness(last, 4e-3, front["x"][-1] - 4e-3)
-print(f"   force {np.mean(loads)/1e6:.2f} MN/m, slab theory {force/1e6:.2f}; moment {np.mean(moments)/1e3:.1f} kN m/m, {moment/1e3:.1f}; "
-      f"forward slip {100*(after/SPEED - 1):.2f} %, {100*slip:.2f} %")
+print(
+    f"   force {np.mean(loads) / 1e6:.2f} MN/m, slab theory {force / 1e6:.2f}; moment "
+    f"{np.mean(moments) / 1e3:.1f} kN m/m, {moment / 1e3:.1f}; "
+    f"forward slip {100 * (after / SPEED - 1):.2f} %, {100 * slip:.2f} %"
+)
 check("thickness behind the rolls over the gap, less 1", behind / GAP - 1, 0.01)
 check("speed times thickness behind over that before, less 1", after * behind / (before * BEFORE) - 1, 0.005)
 check("force over that of slab theory, less 1", np.mean(loads) / force - 1, 0.03)

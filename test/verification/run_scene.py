@@ -1,4 +1,5 @@
 """What the scripts of this suite share: a scene run from its text, and probes in the middle of particles."""
+
 import os
 import re
 import subprocess
@@ -12,14 +13,20 @@ from run_data import History
 
 def run(text, ranks, allowed=(0,)):
     """Run a scene; its standard output and error. A status that is not allowed ends the test."""
-    done = subprocess.run(["mpirun", "-n", str(ranks), os.environ["GIMP3D"]], input=text, capture_output=True, text=True)
+    done = subprocess.run(
+        ["mpirun", "-n", str(ranks), os.environ["GIMP3D"]], input=text, capture_output=True, text=True
+    )
     if done.returncode not in allowed:
-        sys.exit(f"FAILED: ended with status {done.returncode}:\n{text}\n{done.stdout[-1500:]}{done.stderr[-800:]}")
+        sys.exit(
+            f"FAILED: ended with status {done.returncode}:\n{text}\n{done.stdout[-1500:]}{done.stderr[-800:]}"
+        )
     return done.stdout + done.stderr
 
 
 def seconds_and_particles(log):
-    return float(re.search(r"^all +\S+ +(\S+)", log, re.M)[1]), int(re.search(r"^particles +(\d+)", log, re.M)[1])
+    return float(re.search(r"^all +\S+ +(\S+)", log, re.M)[1]), int(
+        re.search(r"^particles +(\d+)", log, re.M)[1]
+    )
 
 
 def probe(directory, name):

@@ -1,6 +1,7 @@
-"""The texture of copper in plane-strain compression, input/texture.nml: without order at first, then copper, S and brass, as rolled fcc
-metals of high stacking-fault energy have it (Hirsch and Luecke, Acta Metall. 36 (1988) 2863).
-usage: texture.py (in an empty directory; GIMP3D is the program)"""
+"""The texture of copper in plane-strain compression, input/texture.nml: without order at first, then copper,
+S and brass, as rolled fcc metals of high stacking-fault energy have it (Hirsch and Luecke, Acta Metall. 36
+(1988) 2863). usage: texture.py (in an empty directory; GIMP3D is the program)"""
+
 import argparse
 from pathlib import Path
 
@@ -17,11 +18,17 @@ run(replace((ROOT / "input/texture.nml").read_text(), "'out/texture'", "'texture
 def times_chance(snapshot):
     options = argparse.Namespace(snapshot=snapshot, material=None, rolling="x", normal="z")
     turns, volumes, _ = pole_figure.load(Path("texture"), options)
-    return {name: share / chance for name, (share, chance) in pole_figure.fractions(turns, volumes, np.radians(15)).items()}
+    return {
+        name: share / chance
+        for name, (share, chance) in pole_figure.fractions(turns, volumes, np.radians(15)).items()
+    }
 
 
 first, last = times_chance(0), times_chance(-1)
-print("   shares within 15 degrees over random ones: " + ", ".join(f"{name} {first[name]:.2f} -> {last[name]:.2f}" for name in last))
+print(
+    "   shares within 15 degrees over random ones: "
+    + ", ".join(f"{name} {first[name]:.2f} -> {last[name]:.2f}" for name in last)
+)
 for name, factor in first.items():
     require(f"{name}: no order at the start", abs(factor - 1) < 0.25)
 for name in ("copper", "brass", "S"):

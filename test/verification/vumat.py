@@ -1,4 +1,5 @@
 """A user's own law against the built-in ones."""
+
 import os
 import re
 import shutil
@@ -31,8 +32,13 @@ def require(what, good):
 
 
 def refused(what, material, status, sentence, end="1e-5"):
-    done = subprocess.run([os.environ["GIMP3D"]], input=SCENE % (end, material, "refused"), capture_output=True, text=True)
-    require(f"{what}: status {status}, {done.stderr.strip()[:240]}", done.returncode == status and re.search(sentence, done.stderr))
+    done = subprocess.run(
+        [os.environ["GIMP3D"]], input=SCENE % (end, material, "refused"), capture_output=True, text=True
+    )
+    require(
+        f"{what}: status {status}, {done.stderr.strip()[:240]}",
+        done.returncode == status and re.search(sentence, done.stderr),
+    )
     if status == 2:
         require(f"{what}: nothing written", not os.path.exists("refused"))
     shutil.rmtree("refused", ignore_errors=True)
@@ -43,15 +49,28 @@ run(SCENE % (END, J2, "j2"), 1)
 run(SCENE % (END, VUMAT, "vumat"), 1)
 ours, built_in = newest("vumat"), newest("j2")
 require(f"plastic strains of {built_in['plastic_strain'].max():.2f}", built_in["plastic_strain"].max() > 0.05)
-for name, other in (("SDV1", "plastic_strain"), ("stress", "stress"), ("velocity", "velocity"), ("domain", "domain")):
+for name, other in (
+    ("SDV1", "plastic_strain"),
+    ("stress", "stress"),
+    ("velocity", "velocity"),
+    ("domain", "domain"),
+):
     off = far(ours[name], built_in[other])
     require(f"VUMAT against model='j2': {name} off by {off:.1e}", off < 1e-10)
 
 # the same law in free form
 lines = [re.sub("^c", "!", line) for line in Path("j2.f").read_text().splitlines()]
-Path("free.f90").write_text("\n".join((line[6:] if line.startswith("     &") else line)
-                                      + (" &" if after.startswith("     &") else "") for line, after in zip(lines, lines[1:] + [""])))
-subprocess.run(["make", "-s", "-C", str(ROOT), "vumat", f"FILE={Path('free.f90').resolve()}"], check=True, stdout=subprocess.DEVNULL)
+Path("free.f90").write_text(
+    "\n".join(
+        (line[6:] if line.startswith("     &") else line) + (" &" if after.startswith("     &") else "")
+        for line, after in zip(lines, lines[1:] + [""])
+    )
+)
+subprocess.run(
+    ["make", "-s", "-C", str(ROOT), "vumat", f"FILE={Path('free.f90').resolve()}"],
+    check=True,
+    stdout=subprocess.DEVNULL,
+)
 run(SCENE % ("3e-6", VUMAT, "fixed"), 1)
 run(SCENE % ("3e-6", VUMAT.replace("j2.so", "free.so"), "free"), 1)
 fixed, free = newest("fixed"), newest("free")
@@ -74,19 +93,32 @@ again = newest("again")
 require("the same bits after a restart", all(np.array_equal(again[name], ours[name]) for name in ours))
 
 # in C, Green and Naghdi's rate: the same answer where nothing turns
-slow = (SCENE.replace("velocity=5,0,-50, angular_velocity=0,5e3,1e4", "velocity=0,0,-1").replace("4e-3,4e-3,0.3e-3, upper=8e-3,8e-3,6.3e-3", "4e-3,4e-3,0, upper=8e-3,8e-3,6e-3")
-        .replace("safety=0.3", "safety=0.3, domain='corners'"))
+slow = (
+    SCENE.replace("velocity=5,0,-50, angular_velocity=0,5e3,1e4", "velocity=0,0,-1")
+    .replace("4e-3,4e-3,0.3e-3, upper=8e-3,8e-3,6.3e-3", "4e-3,4e-3,0, upper=8e-3,8e-3,6e-3")
+    .replace("safety=0.3", "safety=0.3, domain='corners'")
+)
 run(slow % ("3e-6", C, "c"), 1)
 run(slow % ("3e-6", ELASTIC, "elastic"), 1)
 off = far(newest("c")["stress"], newest("elastic")["stress"])
 require(f"a law in C against model='elastic' at small strains: stress off by {off:.1e}", 1e-16 < off < 1e-4)
 
-refused("no library", VUMAT.replace("j2.so", "nothing.so"), 2, r"library='./nothing.so': cannot be opened \(.*No such file")
+refused(
+    "no library",
+    VUMAT.replace("j2.so", "nothing.so"),
+    2,
+    r"library='./nothing.so': cannot be opened \(.*No such file",
+)
 refused("no vumat_", VUMAT.replace("j2.so", "other.so"), 2, r"has no vumat_; allowed: ")
 refused("no c_law", C.replace("elastic.so", "j2.so"), 2, r"has no c_law; allowed: ")
 refused("not a number at once", VUMAT.replace("j2.so", "nan.so"), 2, r"returns a stress that is not a number")
 refused("no stiffness", VUMAT.replace("j2.so", "soft.so"), 2, r"shows no stiffness")
 refused("no library named", VUMAT.replace("library='./j2.so', ", ""), 2, r"&material library: missing")
-refused("too many states", VUMAT.replace("states=1", "states=300"), 2, r"states=300: must be a whole number from 0 to 200")
+refused(
+    "too many states",
+    VUMAT.replace("states=1", "states=300"),
+    2,
+    r"states=300: must be a whole number from 0 to 200",
+)
 refused("not a number in the stress", VUMAT.replace("j2.so", "stress.so"), 3, r"particle \d+ .*stress")
 refused("not a number in a state", VUMAT.replace("j2.so", "state.so"), 3, r"particle \d+ .*stress")

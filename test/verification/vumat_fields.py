@@ -1,4 +1,5 @@
 """The last snapshot of a run, and how far two fields are apart."""
+
 from pathlib import Path
 
 import numpy as np
@@ -13,4 +14,4 @@ def newest(directory):
 
 
 def far(a, b):
-    return np.abs(a - b).max()/max(np.abs(b).max(), 1e-300)
+    return np.abs(a - b).max() / max(np.abs(b).max(), 1e-300)

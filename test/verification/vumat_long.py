@@ -1,4 +1,5 @@
 """E5 by model='j2' and by its VUMAT."""
+
 import re
 
 from run_scene import ROOT, replace, run

@@ -1,5 +1,6 @@
-"""Work of loads by the motion of particles, against exact answers and against what is booked (theory.md, eq. particle-work). usage:
-work_of_loads.py (in an empty directory; GIMP3D is the program)"""
+"""Work of loads by the motion of particles, against exact answers and against what is booked (theory.md, eq.
+particle-work). usage: work_of_loads.py (in an empty directory; GIMP3D is the program)"""
+
 import re
 from pathlib import Path
 
@@ -20,35 +21,51 @@ ROD = """&scene title='rod', end_time=0.3 /
 
 
 def rod(name, pressure, particles, more="", width=0.1, ranks=1):
-    """A load that rises and stays on a bar without cross contraction: the work is the integral of p A du at its end, which the probe's
-    particle is half its edge from."""
-    edge = 0.1/round(particles**(1/3))
-    text = ROD.format(name=name, pressure=pressure, particles=particles, inside=edge/2, last=1 - edge/2, width=width, more=more)
+    """A load that rises and stays on a bar without cross contraction: the work is the integral of p A du at
+    its end, which the probe's particle is half its edge from."""
+    edge = 0.1 / round(particles ** (1 / 3))
+    text = ROD.format(
+        name=name,
+        pressure=pressure,
+        particles=particles,
+        inside=edge / 2,
+        last=1 - edge / 2,
+        width=width,
+        more=more,
+    )
     log = run(text, ranks)
     rows, end = energy(name), probe(name, "end")
     way = end["z"] - end["z"][0]
-    load = -np.interp(rows["time"], [0, 0.1], [0, pressure])*width**2
-    exact = np.concatenate([[0], np.cumsum(0.5*(load[1:] + load[:-1])*np.diff(way))])/(1 - edge/2)
+    load = -np.interp(rows["time"], [0, 0.1], [0, pressure]) * width**2
+    exact = np.concatenate([[0], np.cumsum(0.5 * (load[1:] + load[:-1]) * np.diff(way))]) / (1 - edge / 2)
     scale = np.abs(exact).max()
-    check(f"{name}: work by the motion of particles against p A u", (rows["particle_work"] - exact)/scale, 0.015)
-    check(f"{name}: booked work against it", (rows["external_work"] - rows["particle_work"])/scale, 0.005)
+    check(
+        f"{name}: work by the motion of particles against p A u",
+        (rows["particle_work"] - exact) / scale,
+        0.015,
+    )
+    check(f"{name}: booked work against it", (rows["external_work"] - rows["particle_work"]) / scale, 0.005)
     require(f"{name}: no warning", "WARNING" not in log)
     return text
 
 
 def fall():
-    """Gravity on a turning body in free flight through an edge of levels: the work is m g times the way of its centre of mass."""
-    text = ("&scene title='fall', end_time=0.2 /\n&grid lower=0,0,0, upper=2,2,2.4, cell_size=0.1 /\n"
-            "&level lower=0.4,0.4,0.3, upper=1.6,1.6,1.3 /\n"
-            "&material name='soft', model='elastic', density=1000, young=1e6, poisson=0.3 /\n"
-            "&body material='soft', shape='box', lower=0.7,0.7,1.1, upper=1.2,1.1,1.5, velocity=0.3,0,-1, angular_velocity=0,1,2 /\n"
-            "&gravity acceleration=0,2,-9.81 /\n&output directory='fall', formats='none', history_every=1e-9 /\n")
+    """Gravity on a turning body in free flight through an edge of levels: the work is m g times the way of
+    its centre of mass."""
+    text = (
+        "&scene title='fall', end_time=0.2 /\n&grid lower=0,0,0, upper=2,2,2.4, cell_size=0.1 /\n"
+        "&level lower=0.4,0.4,0.3, upper=1.6,1.6,1.3 /\n"
+        "&material name='soft', model='elastic', density=1000, young=1e6, poisson=0.3 /\n"
+        "&body material='soft', shape='box', lower=0.7,0.7,1.1, upper=1.2,1.1,1.5, velocity=0.3,0,-1, "
+        "angular_velocity=0,1,2 /\n"
+        "&gravity acceleration=0,2,-9.81 /\n&output directory='fall', formats='none', history_every=1e-9 /\n"
+    )
     log = run(text, 2)
     rows = energy("fall")
     time, mass = rows["time"], rows["mass"][0]
-    exact = mass*(0.5*4*time**2 + 9.81*(1*time + 0.5*9.81*time**2))
-    check("fall: work by the motion of particles", (rows["particle_work"] - exact)/exact[-1], 1e-3)
-    check("fall: booked work", (rows["external_work"] - exact)/exact[-1], 1e-3)
+    exact = mass * (0.5 * 4 * time**2 + 9.81 * (1 * time + 0.5 * 9.81 * time**2))
+    check("fall: work by the motion of particles", (rows["particle_work"] - exact) / exact[-1], 1e-3)
+    check("fall: booked work", (rows["external_work"] - exact) / exact[-1], 1e-3)
     require("fall: no warning", "WARNING" not in log)
 
 
@@ -66,26 +83,46 @@ def tools():
     for name, friction in (("flat", 0), ("rough", 0.3)):
         log = run(PUNCH.format(name=name, shape="shape='flat', radius=0.35", friction=friction, more=""), 2)
         rows = energy(name)
-        apart = (rows["external_work"] - rows["particle_work"])/rows["external_work"][-1]
-        check(f"{name} punch: work of the tool, booked and by the motion of particles", apart[len(apart)//2:], 0.02)
+        apart = (rows["external_work"] - rows["particle_work"]) / rows["external_work"][-1]
+        check(
+            f"{name} punch: work of the tool, booked and by the motion of particles",
+            apart[len(apart) // 2 :],
+            0.02,
+        )
         require(f"{name} punch: no warning", "WARNING" not in log)
 
 
 def limit():
-    """Controls: a cone that is pressed into coarse cells is further apart than a limit that is made small for it: a fault, once, without
-    retries, with the last good state on the disk. With a limit of 0 it is none."""
+    """Controls: a cone that is pressed into coarse cells is further apart than a limit that is made small for
+    it: a fault, once, without retries, with the last good state on the disk. With a limit of 0 it is none."""
     cone = "shape='cone', half_angle=60"
-    log = run(PUNCH.format(name="small", shape=cone, friction=0, more="&guard work_limit=1e-3 /\n"), 2, allowed=(3,))
+    log = run(
+        PUNCH.format(name="small", shape=cone, friction=0, more="&guard work_limit=1e-3 /\n"), 2, allowed=(3,)
+    )
     said = re.findall(r"^gimp3d: (.*)", log, re.M)[-1]
-    require("limit: the sentence", re.search(r"^time \S+ ms: the work of the tools is not their work by the motion of the particles that they "
-                                             r"press: \S+ J apart, more than 0.001 of the largest energy or work, \S+ J; try", said)
-            and "stands in small" in said)
-    require("limit: no retry, for smaller steps do not heal it", "\nretry" not in log and "guard: no retries" in log)
+    require(
+        "limit: the sentence",
+        re.search(
+            r"^time \S+ ms: the work of the tools is not their work by the motion of the particles that they "
+            r"press: \S+ J apart, more than 0.001 of the largest energy or work, \S+ J; try",
+            said,
+        )
+        and "stands in small" in said,
+    )
+    require(
+        "limit: no retry, for smaller steps do not heal it",
+        "\nretry" not in log and "guard: no retries" in log,
+    )
     log = run(PUNCH.format(name="none", shape=cone, friction=0, more="&guard work_limit=0 /\n"), 1)
-    apart = float(re.search(r"^AUXDATA work_apart_of_tools_J=\"(\S+)\"", Path("none/cost.dat").read_text(), re.M)[1])
+    apart = float(
+        re.search(r"^AUXDATA work_apart_of_tools_J=\"(\S+)\"", Path("none/cost.dat").read_text(), re.M)[1]
+    )
     rows = energy("none")
-    check("limit: cost.dat has the largest difference of energy.dat, relative",
-          apart/np.abs(rows["external_work"] - rows["particle_work"]).max() - 1, 1e-5)
+    check(
+        "limit: cost.dat has the largest difference of energy.dat, relative",
+        apart / np.abs(rows["external_work"] - rows["particle_work"]).max() - 1,
+        1e-5,
+    )
 
 
 for pressure in (2e4, -2e4):
