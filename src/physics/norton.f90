@@ -79,12 +79,14 @@ contains
       call table%declare('creep_strain', 1, '1', written=.true.)
       self%creep = table%column('creep_strain')
       self%primary = 0
+      self%asks_begun = .true.
       if (.not. self%primary_strain > 0.0_wp) return
       call table%declare('primary_creep_strain', 1, '1', written=.false.)
       self%primary = table%column('primary_creep_strain')
    end subroutine declare
 
-   !> Creep takes its share of the deviator first; what is left above the yield stress flows as in j2.
+   !> Creep takes its share of the deviator first; what is left above the yield stress flows as in j2. The work
+   !> of creep is that of the mean of the stresses before and after the step (theory.md, eq. creep-work).
    pure subroutine flow(self, column, layout, time_step, first, last, lane)
       class(norton_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -92,7 +94,7 @@ contains
       real(wp), intent(in) :: time_step
       integer, intent(in) :: first, last
       type(lane_t), intent(inout) :: lane
-      real(wp) :: q(lanes), primary
+      real(wp) :: q(lanes), crept(lanes), primary
       integer :: i, p
       associate (s => layout%stress)
          if (size(self%creep_stress) == 1 .and. self%primary == 0) then
@@ -114,13 +116,18 @@ contains
             if (.not. lane%trial(i) - q(i) > negligible*lane%trial(i)) q(i) = lane%trial(i)
             call return_along_deviator(lane%trial(i) - q(i), lane%trial(i), column(p, s), column(p, s + 1), &
                                        column(p, s + 2), column(p, s + 3), column(p, s + 4), column(p, s + 5))
-            column(p, self%work) = column(p, self%work) + column(p, layout%volume) &
-                                   *(lane%trial(i)**2 - q(i)**2)/(6.0_wp*self%shear)
-            column(p, self%creep) = column(p, self%creep) + (lane%trial(i) - q(i))/(3.0_wp*self%shear)
+            crept(i) = (lane%trial(i) - q(i))/(3.0_wp*self%shear)
+            column(p, self%creep) = column(p, self%creep) + crept(i)
             lane%trial(i) = q(i)
          end do
       end associate
       call self%j2_t%flow(column, layout, time_step, first, last, lane)
+      !$omp simd private(i)
+      do p = first, last
+         i = p - first + 1
+         column(p, self%work) = column(p, self%work) + 0.5_wp*column(p, layout%volume)*crept(i) &
+                                *(lane%begun(i) + max(q(i) - 3.0_wp*self%shear*lane%strain(i), 0.0_wp))
+      end do
    end subroutine flow
 
    !> As `relax`, of many particles at once, by one power law alone. All go on until the last is there.

@@ -15,6 +15,7 @@ module m_plastic
 
    !> One step of up to `lanes` particles.
    type :: lane_t
+      real(wp) :: begun(lanes)  !< von Mises stress before the step, Pa; only of a law that asks for it
       real(wp) :: trial(lanes)  !< von Mises stress after the elastic trial step, Pa
       real(wp) :: strain(lanes) !< increment of the equivalent plastic strain
       real(wp) :: work(lanes)   !< plastic work of the step per present volume, J/m3
@@ -24,6 +25,7 @@ module m_plastic
       integer :: strain = 0 !< column of the equivalent plastic strain
       integer :: work = 0   !< column of the plastic work, J
       integer :: shape = 0  !< first column of the left Cauchy-Green tensor; 0 in scenes without tools
+      logical :: asks_begun = .false. !< `flow` takes lane%begun
    contains
       procedure :: declare => declare_plastic
       procedure :: initial => initial_plastic
@@ -39,8 +41,8 @@ module m_plastic
 
    abstract interface
       !> The flow of particles first..last (at most `lanes`; particle first is lane 1): from lane%trial, Pa,
-      !> find lane%strain and lane%work. `column` still holds the fields of the step's beginning; the law may
-      !> advance fields of its own.
+      !> find lane%strain and lane%work. `column` still holds the fields of the step's beginning, but for the
+      !> stress, which is the trial's; the law may advance fields of its own.
       pure subroutine flow_interface(self, column, layout, time_step, first, last, lane)
          import :: plastic_t, layout_t, lane_t, wp
          class(plastic_t), intent(in) :: self
@@ -101,16 +103,13 @@ contains
       integer, intent(in) :: first, last
       type(lane_t) :: lane
       integer :: from, to, p
-      call self%elastic_t%update(column, layout, gradient, time_step, first, last)
       if (self%shape > 0) call follow_shape(self%shape, column, gradient, time_step, first, last)
       associate (s => layout%stress)
          do from = first, last, lanes
             to = min(from + lanes - 1, last)
-            !$omp simd
-            do p = from, to
-               lane%trial(p - from + 1) = von_mises(column(p, s), column(p, s + 1), column(p, s + 2), &
-                                                    column(p, s + 3), column(p, s + 4), column(p, s + 5))
-            end do
+            if (self%asks_begun) call measure(column, s, from, to, lane%begun)
+            call self%elastic_t%update(column, layout, gradient, time_step, from, to)
+            call measure(column, s, from, to, lane%trial)
             lane%strain = 0.0_wp
             lane%work = 0.0_wp
             call self%flow(column, layout, time_step, from, to, lane)
@@ -127,6 +126,19 @@ contains
          end do
       end associate
    end subroutine update_plastic
+
+   !> Von Mises stresses of particles first..last, whose stress begins at column s.
+   pure subroutine measure(column, s, first, last, stress)
+      real(wp), intent(in), contiguous :: column(:, :)
+      integer, intent(in) :: s, first, last
+      real(wp), intent(inout) :: stress(lanes)
+      integer :: p
+      !$omp simd
+      do p = first, last
+         stress(p - first + 1) = von_mises(column(p, s), column(p, s + 1), column(p, s + 2), &
+                                           column(p, s + 3), column(p, s + 4), column(p, s + 5))
+      end do
+   end subroutine measure
 
    !> Von Mises stress of a stress, in its unit.
    pure elemental real(wp) function von_mises(xx, yy, zz, yz, xz, xy)
