@@ -93,9 +93,8 @@ contains
       real(wp), intent(in), contiguous :: gradient(:, :)
       real(wp), intent(in) :: time_step
       integer, intent(in) :: first, last
-      real(wp) :: apart(few), strength(few), slope(few)
-      logical :: flows(few)
-      integer :: p, n
+      type(trial_t) :: trial
+      integer :: p
       if (.not. self%kinematic%is_used()) then
          call update_plastic(self, column, layout, gradient, time_step, first, last)
          return
@@ -104,42 +103,41 @@ contains
       call self%kinematic%turn(column, layout, gradient, time_step, first, last)
       if (self%shape > 0) call follow_shape(self%shape, column, gradient, time_step, first, last)
       do p = first, last, few
-         n = min(few, last - p + 1)
-         call self%kinematic%measure(column, layout%stress, p, p + n - 1, apart)
-         call self%curve(column(p:p + n - 1, self%strain), strength(:n), slope(:n))
-         flows(:n) = apart(:n) > strength(:n)
-         if (any(flows(:n))) call return_to_moved(self, column, layout, p, n)
+         call return_to_moved(self, column, layout, p, min(few, last - p + 1), trial)
       end do
    end subroutine update
 
    !> Return of n particles from p on to the yield surface about their back stresses (theory.md, eq.
    !> kinematic). What does not flow keeps its bits.
-   pure subroutine return_to_moved(self, column, layout, p, n)
+   pure subroutine return_to_moved(self, column, layout, p, n, trial)
       class(j2_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: p, n
-      type(trial_t) :: trial
-      real(wp) :: strain(few), strength(few), slope(few), d(few), dissipated(few), new_strength(few), share
-      logical :: flows(few)
-      integer :: c, i
-      strain = column(p, self%strain)
-      strain(:n) = column(p:p + n - 1, self%strain)
+      type(trial_t), intent(inout) :: trial
+      real(wp), dimension(few) :: strain, strength, slope, d, dissipated, new_strength, excess, share
+      integer :: c, i, m
       call self%kinematic%relative(column, p, n, layout%stress, trial)
-      call self%curve(strain, strength, slope)
-      flows = trial%size > strength
-      flows(n + 1:) = .false.
+      m = trial%n
+      strain(n + 1:m) = column(p, self%strain)
+      strain(:n) = column(p:p + n - 1, self%strain)
+      call self%curve(strain(:m), strength(:m), slope(:m))
+      excess(:m) = trial%size(:m) - strength(:m)
       if (layout%damage > 0) & ! its stress is gone; back stresses would flow against nothing
-         flows(:n) = flows(:n) .and. column(p:p + n - 1, layout%damage) < 1.0_wp
-      call self%find_flow(strain, flows, strength, slope, trial, d)
-      call self%curve(strain + d, new_strength, slope)
+         excess(:n) = merge(excess(:n), -1.0_wp, column(p:p + n - 1, layout%damage) < 1.0_wp)
+      excess(n + 1:m) = -1.0_wp
+      if (.not. any(excess(:n) > 0.0_wp)) return
+      call self%kinematic%prepare(column, p, n, trial)
+      call self%find_flow(strain, excess, slope, trial, d)
+      share(:m) = strain(:m) + d(:m)
+      call self%curve(share(:m), new_strength(:m), slope(:m))
       call self%kinematic%advance(d, trial, column, p, n, dissipated)
+      share(:n) = 3.0_wp*self%shear*d(:n)/max(trial%size(:n), tiny(share))
       do c = 1, 6
-         !$omp simd private(share)
+         !$omp simd
          do i = 1, n
-            share = 3.0_wp*self%shear*d(i)/max(trial%size(i), tiny(share))
             column(p + i - 1, layout%stress + c - 1) = column(p + i - 1, layout%stress + c - 1) &
-                                                       - share*trial%x(i, c)
+                                                       - share(i)*trial%x(i, c)
          end do
       end do
       !$omp simd
@@ -165,39 +163,57 @@ contains
    !>    size(d) - drop(d) - 3 mu d = yield stress(strain + d),
    !> by Newton's iteration kept within bounds: the left side less the right falls (by 3 mu at least) in d.
    !> Each particle goes on until it is there, whatever those beside it do; what does not flow has d = 0.
-   pure subroutine find_flow(self, strain, flows, strength, slope, trial, d)
+   pure subroutine find_flow(self, strain, excess, slope, trial, d)
       class(j2_t), intent(in) :: self
       real(wp), intent(in) :: strain(few) !< before the step
-      logical, intent(in) :: flows(few)
-      real(wp), intent(inout) :: strength(few), slope(few) !< of the yield stress, before the step
+      real(wp), intent(in) :: excess(few) !< of `size` over the yield stress, without flow; above 0: flows
+      real(wp), intent(inout) :: slope(few) !< of the yield stress, before the step
       type(trial_t), intent(inout) :: trial
       real(wp), intent(out) :: d(few)
       integer, parameter :: most_iterations = 100
       real(wp), parameter :: residual_allowed = 1.0e-14_wp
-      real(wp) :: low(few), high(few), now(few), residual(few), allowed(few), next
-      logical :: seeks(few)
+      real(wp) :: softening, worst
+      real(wp), dimension(few) :: low, high, now, at, allowed, left_over
       integer :: i, iteration
-      allowed = residual_allowed*trial%size
-      low = 0.0_wp
-      high = merge((trial%size - strength)/(3.0_wp*self%shear), 0.0_wp, flows)
-      d = merge((trial%size - strength)/(3.0_wp*self%shear + slope - trial%slope), 0.0_wp, flows)
-      seeks = flows
+      softening = 3.0_wp*self%shear
+      !$omp simd
+      do i = 1, trial%n
+         allowed(i) = merge(residual_allowed*trial%size(i), huge(1.0_wp), excess(i) > 0.0_wp)
+         low(i) = 0.0_wp
+         high(i) = max(excess(i), 0.0_wp)/softening
+         d(i) = min(max(excess(i)/(softening + slope(i) - trial%slope(i)), 0.0_wp), high(i))
+      end do
       do iteration = 1, most_iterations
-         d = merge(d, 0.5_wp*(low + high), d >= low .and. d <= high)
          call self%kinematic%look(d, trial)
-         call self%curve(strain + d, now, slope)
-         residual = trial%size - trial%drop - 3.0_wp*self%shear*d - now
-         seeks = seeks .and. abs(residual) > allowed
-         if (.not. any(seeks)) exit
-         !$omp simd private(next)
-         do i = 1, few
-            low(i) = merge(d(i), low(i), residual(i) > 0.0_wp)
-            high(i) = merge(d(i), high(i), residual(i) < 0.0_wp)
-            next = d(i) + residual(i)/(3.0_wp*self%shear + slope(i) - trial%slope(i))
-            d(i) = merge(next, d(i), seeks(i))
+         at(:trial%n) = strain(:trial%n) + d(:trial%n)
+         call self%curve(at(:trial%n), now(:trial%n), slope(:trial%n))
+         worst = 0.0_wp
+         !$omp simd reduction(max: worst)
+         do i = 1, trial%n
+            call improve(trial%size(i) - trial%drop(i) - softening*d(i) - now(i), &
+                         softening + slope(i) - trial%slope(i), allowed(i), low(i), high(i), d(i), &
+                         left_over(i))
+            worst = max(worst, left_over(i))
          end do
+         if (worst <= 0.0_wp) exit
       end do
    end subroutine find_flow
+
+   !> One iteration of one particle. `left_over` is what its residual is too large by, 0: it stays.
+   pure elemental subroutine improve(residual, slope, allowed, low, high, d, left_over)
+      real(wp), intent(in) :: residual, slope, allowed
+      real(wp), intent(inout) :: low, high, d
+      real(wp), intent(out) :: left_over
+      real(wp) :: next, middle
+      left_over = max(abs(residual) - allowed, 0.0_wp)
+      low = merge(d, low, residual > 0.0_wp)
+      high = merge(d, high, residual < 0.0_wp)
+      middle = 0.5_wp*(low + high)
+      next = d + residual/slope
+      next = merge(next, middle, next >= low)
+      next = merge(next, middle, next <= high)
+      d = merge(next, d, left_over > 0.0_wp)
+   end subroutine improve
 
    !> Yield stresses (Pa) at equivalent plastic strains, and their slopes there.
    pure subroutine curve(self, at, stress, slope)

@@ -12,7 +12,8 @@ module m_kinematic
    public :: kinematic_t, trial_t, few
 
    integer, parameter :: most = 8 !< back stresses
-   integer, parameter :: few = 16 !< particles solved for side by side: whole vectors, whatever their width
+   integer, parameter :: few = 64  !< particles solved for side by side, at most
+   integer, parameter :: whole = 8 !< their number is rounded up to a multiple of this: vectors are full
 
    !> Each grows at 2/3 C times the rate of plastic strain and is recalled at gamma times itself times the
    !> rate of equivalent plastic strain.
@@ -25,21 +26,25 @@ module m_kinematic
       procedure :: is_used
       procedure :: declare
       procedure :: turn
-      procedure :: measure
       procedure :: relative
+      procedure :: prepare
       procedure :: look
       procedure :: advance
       procedure :: stored
    end type kinematic_t
 
-   !> Some particles side by side while their flow is sought: x = s - sum of exp(-gamma d) alpha.
+   !> Some particles side by side while their flow is sought: x = s - sum of exp(-gamma d) alpha, which is
+   !> x(0) + sum of m alpha, m = 1 - exp(-gamma d). Its square needs products of x(0) and alpha only.
    type :: trial_t
-      real(wp) :: stress(few, 6)         !< deviator after the elastic step, Pa
+      integer :: n = 0                   !< places in use; those beyond the particles are as the first
+      real(wp) :: x(few, 6)              !< Pa; of no flow, then of the flow that has been found
       real(wp) :: back(few, 6, most)     !< alpha at the step's beginning, turned
-      real(wp) :: x(few, 6)              !< Pa
+      real(wp) :: square(few)            !< x : x of no flow, Pa2
+      real(wp) :: mixed(few, most)       !< x : alpha of no flow
+      real(wp) :: backs(few, most, most) !< alpha : alpha
       real(wp) :: left(few, most)        !< exp(-gamma d): the share of alpha that is left
       real(wp) :: grown(few, most)       !< (1 - exp(-gamma d))/gamma
-      real(wp) :: size(few)              !< von Mises measure of x
+      real(wp) :: size(few)              !< von Mises measure of x, Pa
       real(wp) :: drop(few)              !< what flow takes of `size` by growing back stresses, Pa
       real(wp) :: slope(few)             !< d (size - drop)/d d, Pa
    end type trial_t
@@ -100,55 +105,66 @@ contains
       end do
    end subroutine turn
 
-   !> Von Mises measure (Pa) of what is between stress and back stresses of particles first..last.
-   pure subroutine measure(self, column, s, first, last, apart)
-      class(kinematic_t), intent(in) :: self
-      real(wp), intent(in), contiguous :: column(:, :)
-      integer, intent(in) :: s, first, last !< s: first column of the stress
-      real(wp), intent(out) :: apart(:)
-      real(wp) :: x(last - first + 1, 6)
-      integer :: c, k, n
-      n = last - first + 1
-      do c = 1, 6
-         x(:, c) = column(first:last, s + c - 1)
-         do k = 1, size(self%back)
-            x(:, c) = x(:, c) - column(first:last, self%back(k) + c - 1)
-         end do
-      end do
-      apart(:n) = sqrt(0.5_wp*((x(:, 1) - x(:, 2))**2 + (x(:, 2) - x(:, 3))**2 + (x(:, 3) - x(:, 1))**2) &
-                       + 3.0_wp*(x(:, 4)**2 + x(:, 5)**2 + x(:, 6)**2))
-   end subroutine measure
-
-   !> The deviators of n particles' stresses from p on, their back stresses, and what is between them. Places
-   !> beyond n are those of the first, so that vectors are full.
+   !> x of n particles from p on without flow, and its size.
    pure subroutine relative(self, column, p, n, s, trial)
       class(kinematic_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
       integer, intent(in) :: p, n, s !< first particle, number, first column of the stress
-      type(trial_t), intent(out) :: trial
+      type(trial_t), intent(inout) :: trial
       real(wp) :: mean
       integer :: c, i, k
-      do c = 1, 6
-         trial%stress(:, c) = column(p, s + c - 1)
-         trial%stress(:n, c) = column(p:p + n - 1, s + c - 1)
-      end do
-      !$omp simd private(mean)
-      do i = 1, few
-         mean = (trial%stress(i, 1) + trial%stress(i, 2) + trial%stress(i, 3))/3.0_wp
-         trial%stress(i, 1) = trial%stress(i, 1) - mean
-         trial%stress(i, 2) = trial%stress(i, 2) - mean
-         trial%stress(i, 3) = trial%stress(i, 3) - mean
-      end do
+      trial%n = whole*((n + whole - 1)/whole)
+      associate (x => trial%x)
+         do c = 1, 6
+            x(n + 1:trial%n, c) = column(p, s + c - 1)
+            x(:n, c) = column(p:p + n - 1, s + c - 1)
+            do k = 1, size(self%back)
+               associate (b => self%back(k) + c - 1)
+                  x(n + 1:trial%n, c) = x(n + 1:trial%n, c) - column(p, b)
+                  x(:n, c) = x(:n, c) - column(p:p + n - 1, b)
+               end associate
+            end do
+         end do
+         !$omp simd private(mean)
+         do i = 1, trial%n
+            mean = (x(i, 1) + x(i, 2) + x(i, 3))/3.0_wp
+            x(i, 1) = x(i, 1) - mean
+            x(i, 2) = x(i, 2) - mean
+            x(i, 3) = x(i, 3) - mean
+            trial%square(i) = product_of(x(i, 1), x(i, 2), x(i, 3), x(i, 4), x(i, 5), x(i, 6), x(i, 1), &
+                                         x(i, 2), x(i, 3), x(i, 4), x(i, 5), x(i, 6))
+            trial%size(i) = sqrt(1.5_wp*trial%square(i))
+         end do
+      end associate
+   end subroutine relative
+
+   !> What else `look` needs of these particles; and what `look` says of no flow.
+   pure subroutine prepare(self, column, p, n, trial)
+      class(kinematic_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      integer, intent(in) :: p, n
+      type(trial_t), intent(inout) :: trial
+      integer :: c, i, k, l
       do k = 1, size(self%back)
          do c = 1, 6
-            trial%back(:, c, k) = column(p, self%back(k) + c - 1)
+            trial%back(n + 1:trial%n, c, k) = column(p, self%back(k) + c - 1)
             trial%back(:n, c, k) = column(p:p + n - 1, self%back(k) + c - 1)
          end do
+         call products(trial%n, trial%x, trial%back(:, :, k), trial%mixed(:, k))
+         do l = 1, k
+            call products(trial%n, trial%back(:, :, l), trial%back(:, :, k), trial%backs(:, l, k))
+            if (l < k) trial%backs(:, k, l) = trial%backs(:, l, k)
+         end do
       end do
-      trial%left = 1.0_wp
-      trial%grown = 0.0_wp
-      call weigh(self, trial)
-   end subroutine relative
+      trial%slope(:trial%n) = 0.0_wp
+      do k = 1, size(self%back)
+         !$omp simd
+         do i = 1, trial%n
+            trial%slope(i) = trial%slope(i) - self%modulus(k) &
+                             + 1.5_wp*self%recovery(k)*trial%mixed(i, k)/max(trial%size(i), tiny(1.0_wp))
+         end do
+      end do
+   end subroutine prepare
 
    !> What the trials are like after flow by d (equivalent plastic strain). For flow in one direction the law
    !> is integrated exactly.
@@ -156,69 +172,74 @@ contains
       class(kinematic_t), intent(in) :: self
       real(wp), intent(in) :: d(few)
       type(trial_t), intent(inout) :: trial
-      integer :: k
+      real(wp) :: square(few), along(few), with_all(few)
+      integer :: i, k, l, n
+      n = trial%n
+      square(:n) = trial%square(:n)
+      along(:n) = 0.0_wp
+      trial%drop(:n) = 0.0_wp
       do k = 1, size(self%back)
-         call shares(self%recovery(k), d, trial%left(:, k), trial%grown(:, k))
+         call shares(n, self%recovery(k), d, trial%left(:, k), trial%grown(:, k))
+         trial%drop(:n) = trial%drop(:n) + self%modulus(k)*trial%grown(:n, k)
       end do
-      call weigh(self, trial)
+      do k = 1, size(self%back)
+         if (.not. self%recovery(k) > 0.0_wp) cycle
+         with_all(:n) = trial%mixed(:n, k) ! x : alpha
+         do l = 1, size(self%back)
+            with_all(:n) = with_all(:n) + self%recovery(l)*trial%grown(:n, l)*trial%backs(:n, l, k)
+         end do
+         !$omp simd
+         do i = 1, n
+            square(i) = square(i) + self%recovery(k)*trial%grown(i, k)*(trial%mixed(i, k) + with_all(i))
+            along(i) = along(i) + self%recovery(k)*trial%left(i, k)*with_all(i)
+         end do
+      end do
+      !$omp simd
+      do i = 1, n
+         trial%size(i) = sqrt(1.5_wp*max(square(i), 0.0_wp))
+         trial%slope(i) = 1.5_wp*along(i)/max(trial%size(i), tiny(1.0_wp))
+      end do
+      do k = 1, size(self%back)
+         trial%slope(:n) = trial%slope(:n) - self%modulus(k)*trial%left(:n, k)
+      end do
    end subroutine look
 
-   !> What follows from the shares of the back stresses that are left and grown.
-   pure subroutine weigh(self, trial)
-      class(kinematic_t), intent(in) :: self
-      type(trial_t), intent(inout) :: trial
-      real(wp) :: along(few)
-      integer :: c, i, k
-      trial%drop = 0.0_wp
-      trial%slope = 0.0_wp
-      do k = 1, size(self%back)
-         trial%drop = trial%drop + self%modulus(k)*trial%grown(:, k)
-         trial%slope = trial%slope - self%modulus(k)*trial%left(:, k)
+   !> a : b of symmetric tensors side by side.
+   pure subroutine products(n, a, b, found)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: a(few, 6), b(few, 6)
+      real(wp), intent(inout) :: found(few)
+      integer :: i
+      !$omp simd
+      do i = 1, n
+         found(i) = product_of(a(i, 1), a(i, 2), a(i, 3), a(i, 4), a(i, 5), a(i, 6), b(i, 1), b(i, 2), &
+                               b(i, 3), b(i, 4), b(i, 5), b(i, 6))
       end do
-      do c = 1, 6
-         trial%x(:, c) = trial%stress(:, c)
-         do k = 1, size(self%back)
-            trial%x(:, c) = trial%x(:, c) - trial%left(:, k)*trial%back(:, c, k)
-         end do
-      end do
-      associate (x => trial%x, b => trial%back)
-         !$omp simd
-         do i = 1, few
-            trial%size(i) = sqrt(1.5_wp*product_of(x(i, 1), x(i, 2), x(i, 3), x(i, 4), x(i, 5), x(i, 6), &
-                                                   x(i, 1), x(i, 2), x(i, 3), x(i, 4), x(i, 5), x(i, 6)))
-         end do
-         along = 0.0_wp
-         do k = 1, size(self%back)
-            if (.not. self%recovery(k) > 0.0_wp) cycle
-            !$omp simd
-            do i = 1, few
-               along(i) = along(i) + self%recovery(k)*trial%left(i, k) &
-                          *product_of(x(i, 1), x(i, 2), x(i, 3), x(i, 4), x(i, 5), x(i, 6), b(i, 1, k), &
-                                      b(i, 2, k), b(i, 3, k), b(i, 4, k), b(i, 5, k), b(i, 6, k))
-            end do
-         end do
-      end associate
-      trial%slope = trial%slope + 1.5_wp*along/max(trial%size, tiny(along))
-   end subroutine weigh
+   end subroutine products
 
    !> exp(-gamma d), and (1 - exp(-gamma d))/gamma to all digits: by its series where gamma d is small. Linear
    !> without recovery.
-   pure subroutine shares(gamma, d, left, grown)
+   pure subroutine shares(n, gamma, d, left, grown)
+      integer, intent(in) :: n
       real(wp), intent(in) :: gamma, d(few)
-      real(wp), intent(out) :: left(few), grown(few)
+      real(wp), intent(inout) :: left(few), grown(few)
       real(wp), parameter :: small = 0.05_wp !< the series' next term is below round-off there
-      real(wp) :: t, series
+      real(wp), parameter :: third = 1.0_wp/3.0_wp, fifth = 0.2_wp, sixth = 1.0_wp/6.0_wp, &
+                             seventh = 1.0_wp/7.0_wp
+      real(wp) :: t, series, far, per_gamma
       integer :: i
-      left = 1.0_wp
-      grown = d
+      left(:n) = 1.0_wp
+      grown(:n) = d(:n)
       if (.not. gamma > 0.0_wp) return
-      !$omp simd private(t, series)
-      do i = 1, few
+      per_gamma = 1.0_wp/gamma
+      !$omp simd private(t, series, far)
+      do i = 1, n
          t = gamma*d(i)
          left(i) = exp(-t)
-         series = 1.0_wp - t/2.0_wp*(1.0_wp - t/3.0_wp*(1.0_wp - t/4.0_wp*(1.0_wp - t/5.0_wp*(1.0_wp &
-                  - t/6.0_wp*(1.0_wp - t/7.0_wp*(1.0_wp - t/8.0_wp))))))
-         grown(i) = merge(d(i)*series, (1.0_wp - left(i))/gamma, t < small)
+         series = d(i)*(1.0_wp - t*0.5_wp*(1.0_wp - t*third*(1.0_wp - t*0.25_wp*(1.0_wp - t*fifth*(1.0_wp &
+                  - t*sixth*(1.0_wp - t*seventh*(1.0_wp - t*0.125_wp)))))))
+         far = (1.0_wp - left(i))*per_gamma
+         grown(i) = merge(series, far, t < small)
       end do
    end subroutine shares
 
@@ -229,27 +250,34 @@ contains
    end function product_of
 
    !> Back stresses of n particles from p on after flow by d along x, as `look` has left them, and what they
-   !> dissipate meanwhile per volume: their work less what they store (J/m3). Those with d = 0 stay.
+   !> dissipate meanwhile per volume: their work less what they store (J/m3). x becomes that of this flow.
+   !> Those with d = 0 stay.
    pure subroutine advance(self, d, trial, column, p, n, dissipated)
       class(kinematic_t), intent(in) :: self
       real(wp), intent(in) :: d(few)
-      type(trial_t), intent(in) :: trial
+      type(trial_t), intent(inout) :: trial
       real(wp), intent(inout), contiguous :: column(:, :)
       integer, intent(in) :: p, n
       real(wp), intent(out) :: dissipated(few)
-      real(wp) :: flow, old, new, twice
+      real(wp) :: flow, old, new, twice, stores, along(few)
       integer :: c, i, k
-      dissipated = 0.0_wp
       do k = 1, size(self%back)
+         do c = 1, 6
+            trial%x(:n, c) = trial%x(:n, c) + self%recovery(k)*trial%grown(:n, k)*trial%back(:n, c, k)
+         end do
+      end do
+      along(:n) = 1.5_wp/max(trial%size(:n), tiny(flow))
+      dissipated(:n) = 0.0_wp
+      do k = 1, size(self%back)
+         stores = 0.75_wp/self%modulus(k)
          do c = 1, 6
             twice = merge(1.0_wp, 2.0_wp, c <= 3)
             !$omp simd private(flow, old, new)
             do i = 1, n
-               flow = 1.5_wp*trial%x(i, c)/max(trial%size(i), tiny(flow))
+               flow = along(i)*trial%x(i, c)
                old = trial%back(i, c, k)
                new = trial%left(i, k)*old + 2.0_wp/3.0_wp*self%modulus(k)*trial%grown(i, k)*flow
-               dissipated(i) = dissipated(i) + twice*(0.5_wp*d(i)*flow*(old + new) &
-                               - 0.75_wp/self%modulus(k)*(new - old)*(new + old))
+               dissipated(i) = dissipated(i) + twice*(old + new)*(0.5_wp*d(i)*flow - stores*(new - old))
                column(p + i - 1, self%back(k) + c - 1) = new
             end do
          end do
