@@ -121,15 +121,10 @@ def one_per_cell(text):
 
 # ---- B1, B2, B12: elastic-plastic ----
 
-# E/Y above which a cone draws the particle at its tip out so far that domains which follow the material are
-# split without end; under
-# the edges of a pyramid they are at E/Y = 100
-far_from_elastic = 300.0
 
-
-def plastic(title, tool, ratio, exponent, radius_over_depth, way_back, cubes):
+def plastic(title, tool, ratio, exponent, radius_over_depth, way_back):
     """A scene of a pointed tool that goes in until its contact has the grid's radius, and comes back by
-    `way_back` of its depth. `cubes`: particles stay such."""
+    `way_back` of its depth."""
 
     def make(grid, directory):
         depth = grid.contact * grid.cell / radius_over_depth
@@ -143,7 +138,7 @@ def plastic(title, tool, ratio, exponent, radius_over_depth, way_back, cubes):
             tool,
             motion,
             directory,
-            effects=(["&time domain='fixed' /"] if cubes else []) + ["&anti_locking /"],
+            effects=["&anti_locking /"],
         )
 
     return make
@@ -165,20 +160,13 @@ def sharp_row(case, name, what, shape, tool, grids, ratio, exponent, curvature, 
     radius = stiffness / references["area_of_stiffness"][shape] / math.sqrt(math.pi)
     # P / (S h): how far back the load would go if the stiffness stayed
     way = curvature / ratio * (1 - poisson**2) / stiffness
-    cubes = shape == "berkovich" or ratio > far_from_elastic
     return Row(
         case,
         name,
         what,
         grids,
         plastic(
-            f"{shape}, E/Y = {ratio:g}, n = {exponent:g}",
-            tool,
-            ratio,
-            exponent,
-            radius,
-            min(1.4 * way, 0.8),
-            cubes,
+            f"{shape}, E/Y = {ratio:g}, n = {exponent:g}", tool, ratio, exponent, radius, min(1.4 * way, 0.8)
         ),
         lambda directory, grid: measures.sharp(directory, grid, young / ratio),
         sharp_numbers(shape, ratio, curvature, stiffness, work),
@@ -773,15 +761,8 @@ def cases():
             "Rigid cone of 70.3 degrees, frictionless, Poisson's ratio 0.3, Y (1 + E e/Y)^n as a table; in, "
             "held, drawn back. " + nested + "; depth and stiffness without what the base takes, q P/(E' t)",
             "Work that contact loses on the way (the error of the energy balance) counts as plastic: Wp/Wt "
-            "comes out high where little is "
-            "given back. The softer the metal is beside its modulus, the more the particles at the tip are "
-            "drawn out: at E/Y above 300 "
-            "domains that follow the material are split without end there, and the run ends, so that these "
-            "rows have "
-            "`domain='fixed'`, and a load that is too low. The area of the profile is that of an edge within "
-            "a cell; where particles stay cubes "
-            "their faces are not the surface, and it is of no use. The finite elements' own steps bound what "
-            "can be said of the stiffness.",
+            "comes out high where little is given back. The area of the profile is that of an edge within a "
+            "cell. The finite elements' own steps bound what can be said of the stiffness.",
             cones,
         ),
         Case(
@@ -789,8 +770,7 @@ def cases():
             "Berkovich in metal that hardens",
             lulu.replace("FEM_70deg", "Berkovich") + ", three-dimensional",
             "As B1 with a pyramid of 65.3 degrees, half model",
-            "As B1. The three edges of the pyramid are sharp, and the grid rounds them. Under them particles "
-            "are drawn out as under the tip of a cone in soft metal, and all rows have `domain='fixed'`.",
+            "As B1. The three edges of the pyramid are sharp, and the grid rounds them.",
             berkovich_rows(),
         ),
         Case(
