@@ -377,18 +377,22 @@ contains
       call test%check(worn_out == 1 .and. splits == 0 .and. block%particles%count == 1, 'not once more')
    end subroutine too_often
 
-   !> Ids of bodies do not meet, the smallest scenes have most room for splits, and too little room is a fault.
+   !> Ids of bodies do not meet, small scenes have most room for splits, and too little room is a fault.
    subroutine room_of_ids()
       type(layout_t) :: layout
       type(body_spec_t) :: bodies(2)
+      type(box_t) :: box
       type(error_t) :: error
-      bodies(1)%shape = box_t(lower=[0.0_wp, 0.0_wp, 0.0_wp], upper=[10.0_wp, 10.0_wp, 10.0_wp])
-      bodies(2)%shape = box_t(lower=[0.0_wp, 0.0_wp, 0.0_wp], upper=[1.0_wp, 1.0_wp, 1.0_wp])
-      call number_ids(layout, bodies, 1.0_wp, 30, error) ! 8000 places and 8
+      box = box_t(lower=[0.0_wp, 0.0_wp, 0.0_wp], upper=[10.0_wp, 10.0_wp, 10.0_wp])
+      allocate (bodies(1)%shape, source=box)
+      allocate (bodies(2)%shape, source=box)
+      call number_ids(layout, bodies, 1.0_wp, 30, error) ! 8000 places each
       call test%check(.not. error%happened() .and. layout%ids_of_body == 10000, 'ids of a body')
       call test%check(layout%id_bits == 15 .and. layout%most_generations() == 47, 'room for splits')
       call test%check(first_id(2, layout) == 10000, 'ids of the second body')
-      bodies(1)%shape = box_t(lower=[0.0_wp, 0.0_wp, 0.0_wp], upper=[1.0e5_wp, 1.0e5_wp, 1.0e5_wp])
+      box%upper = 1.0e5_wp
+      deallocate (bodies(1)%shape)
+      allocate (bodies(1)%shape, source=box)
       call number_ids(layout, bodies, 1.0_wp, 0, error) ! 8e15 places: 55 bits
       call test%check(.not. error%happened(), 'no splits, no room needed')
       call number_ids(layout, bodies, 1.0_wp, 12, error)
