@@ -122,9 +122,9 @@ def one_per_cell(text):
 # ---- B1, B2, B12: elastic-plastic ----
 
 
-def plastic(title, tool, ratio, exponent, radius_over_depth, way_back):
+def plastic(title, tool, ratio, exponent, radius_over_depth, way_back, share=0.0):
     """A scene of a pointed tool that goes in until its contact has the grid's radius, and comes back by
-    `way_back` of its depth."""
+    `way_back` of its depth. `share`: of the yield stress, that the block is under along both its sides."""
 
     def make(grid, directory):
         depth = grid.contact * grid.cell / radius_over_depth
@@ -134,7 +134,7 @@ def plastic(title, tool, ratio, exponent, radius_over_depth, way_back):
             [f"{title}. E/Y = {ratio:g}, n = {exponent:g}."],
             grid,
             [power_law(young / ratio, exponent)],
-            [grid.box("metal")],
+            [grid.box("metal", stress=share * young / ratio)],
             tool,
             motion,
             directory,
@@ -156,7 +156,7 @@ def sharp_numbers(shape, ratio, curvature, stiffness, work):
     ]
 
 
-def sharp_row(case, name, what, shape, tool, grids, ratio, exponent, curvature, stiffness, work):
+def sharp_row(case, name, what, shape, tool, grids, ratio, exponent, curvature, stiffness, work, share=0.0):
     radius = stiffness / references["area_of_stiffness"][shape] / math.sqrt(math.pi)
     # P / (S h): how far back the load would go if the stiffness stayed
     way = curvature / ratio * (1 - poisson**2) / stiffness
@@ -166,7 +166,13 @@ def sharp_row(case, name, what, shape, tool, grids, ratio, exponent, curvature, 
         what,
         grids,
         plastic(
-            f"{shape}, E/Y = {ratio:g}, n = {exponent:g}", tool, ratio, exponent, radius, min(1.4 * way, 0.8)
+            f"{shape}, E/Y = {ratio:g}, n = {exponent:g}",
+            tool,
+            ratio,
+            exponent,
+            radius,
+            min(1.4 * way, 0.8),
+            share,
         ),
         lambda directory, grid: measures.sharp(directory, grid, young / ratio),
         sharp_numbers(shape, ratio, curvature, stiffness, work),
@@ -708,6 +714,34 @@ def size_rows():
     return [one, ten]
 
 
+def residual_rows():
+    """Load, stiffness and hardness of a block under stress over those of one without."""
+    line = next(r for r in references["cone"]["rows"] if r[0] == 100.0 and r[1] == 0.0)
+    grids = {"coarse": replace(sharp_grids["coarse"], closed=True)}
+
+    def row(name, what, share):
+        tool = "shape='cone', half_angle=70.3"
+        return sharp_row("Residual", name, what, "cone", tool, grids, line[0], 0.0, *line[2:], share=share)
+
+    def over(one):
+        def compare(directory, grid):
+            here = measures.sharp(directory, grid, young / line[0])
+            bare = measures.sharp(Path(directory).parent / one.key(grid.name), grid, young / line[0])
+            return {n: here[n] / bare[n] for n in names} | {"kinetic": here["kinetic"]}
+
+        return compare
+
+    none = row("residual_none", "no stress", 0.0)
+    names = ("C/Y", "S/(E'h)", "H/Y, recovered area")
+    rows = [none]
+    for name, what, share in (("pull", "pulled, 0.5 Y", 0.5), ("push", "pushed, -0.5 Y", -0.5)):
+        one = row(f"residual_{name}", f"{what}: over that without", share)
+        one.references = [Reference(names[2], 1.0, 0.02), Reference(names[0], 1.0), Reference(names[1], 1.0)]
+        one.measure, one.of = over(none), (none,)
+        rows.append(one)
+    return rows
+
+
 def analysis_rows():
     return [
         Row(
@@ -896,6 +930,16 @@ def cases():
             "A small form of B1 (E/Y = 100, n = 0), and the same with all lengths and times times ten",
             "Round-off: the ratio of the two should be 1.",
             size_rows(),
+        ),
+        Case(
+            "Residual",
+            "Residual stress",
+            "Tsui, Oliver, Pharr, J. Mater. Res. 11 (1996) 752; Bolshakov et al., ibid. 760: with the true "
+            "area the hardness does not depend on a stress in the surface",
+            "B1 (E/Y = 100, n = 0), the block between symmetry sides, so that it may be under an equal "
+            "stress along both its sides",
+            "The load at a depth changes with the stress, and the area with it.",
+            residual_rows(),
         ),
     ]
 
