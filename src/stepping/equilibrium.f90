@@ -52,7 +52,7 @@ contains
       integer :: best_at, n
       logical :: there
       associate (system => self%system, unknowns => self%system%size())
-         cell = system%model%levels(1)%grid%cell
+         cell = system%model%levels(size(system%levels))%grid%cell
          if (allocated(self%z)) deallocate (self%z, self%left)
          allocate (self%z(unknowns), self%left(unknowns), source=0.0_wp)
          allocate (force(unknowns), change(unknowns), pressing(system%contact%count), &

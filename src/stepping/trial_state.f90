@@ -35,6 +35,7 @@ module m_trial_state
       real(wp) :: smallest = huge(1.0_wp)  !< determinant of I + A
       real(wp) :: largest = 0.0_wp         !< component of A, size
       integer :: block = 0, particle = 0   !< of the smallest determinant
+      integer :: level = 0                 !< the same, which the caller sets where it is 0
       logical :: finite = .true.           !< all stresses are numbers
    end type verdict_t
 
@@ -80,6 +81,7 @@ contains
             if (.not. minval(determinant(:n)) >= verdict%smallest) then
                verdict%smallest = minval(determinant(:n))
                verdict%block = b
+               verdict%level = 0
                verdict%particle = first - 1 + minloc(determinant(:n), dim=1)
             end if
             first = last + 1
