@@ -63,8 +63,9 @@ contains
       end do
       i = findloc(scene%levels%criterion /= criterion_none, .true., dim=1)
       if (i > 0) &
-         call fail(error, exit_input, text%place('level', i, 'criterion')//': not with &quasi_static, whose '// &
-                   'levels stay or follow; give the level a box or a sphere, or take the explicit scheme')
+         call fail(error, exit_input, text%place('level', i, 'criterion')//': not with &quasi_static, '// &
+                   'whose levels stay or follow; give the level a box or a sphere, or take the '// &
+                   'explicit scheme')
       if (scene%fields() > 1) &
          call fail(error, exit_input, text%line_of('quasi_static', 1)//', &quasi_static: not with more '// &
                    'than one contact_group; leave contact_group out, so that bodies are bonded where '// &

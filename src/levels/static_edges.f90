@@ -1,6 +1,6 @@
-!> The map of a composite space where nothing is staggered in time, as in quasi-static steps: constrained nodes
-!> take their displacements from the coarser level, and hand forces up to it (theory.md, eqs constrained,
-!> static-levels).
+!> The map of a composite space where nothing is staggered in time, as in quasi-static steps: constrained
+!> nodes take their displacements from the coarser level, and hand forces up to it (theory.md, eqs
+!> constrained, static-levels).
 module m_static_edges
    use m_kinds, only: wp
    use m_node_values, only: node_values, tile_last, v_x, v_z, f_x, f_z
@@ -58,8 +58,8 @@ contains
       end do
    end subroutine set_hanging
 
-   !> Collective: forces that constrained nodes have been given to the patches; `tiles` of the finer level hold
-   !> sums. `diagonal`: they are a diagonal of the stiffness, which weights enter twice.
+   !> Collective: forces that constrained nodes have been given to the patches; `tiles` of the finer level
+   !> hold sums. `diagonal`: they are a diagonal of the stiffness, which weights enter twice.
    subroutine hand_up(composite, communicator, tiles, diagonal)
       class(composite_t), intent(inout) :: composite
       type(communicator_t), intent(in) :: communicator

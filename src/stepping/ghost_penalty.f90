@@ -110,8 +110,8 @@ contains
       end do
    end subroutine find_edges
 
-   !> True of a cell beyond a side of the grid that is not free, or that another level has: what is there is no
-   !> surface.
+   !> True of a cell beyond a side of the grid that is not free, or that another level has: what is there is
+   !> no surface.
    pure logical function is_elsewhere(level, cell, axis, finer) result(elsewhere)
       type(level_t), intent(in) :: level
       integer, intent(in) :: cell(3), axis !< in the level's grid; next to what is asked for

@@ -40,8 +40,8 @@ module m_quasi_static
       real(wp) :: compliance = 0.01_wp   !< of contact points
       logical :: ahead = .true.          !< explicit steps work ahead
       logical :: creeps = .false.        !< some material goes on by itself
-      real(wp) :: way = 0.0_wp           !< largest component of a particle's or tool's in the last step, in what it
-                                         !< may be
+      real(wp) :: way = 0.0_wp           !< largest component of a particle's or tool's in the last step, in
+                                         !< what it may be
       logical :: failed_before = .false. !< the last step was halved
       character(len=:), allocatable :: told
       integer(i8) :: steps = 0, newton = 0, solves = 0, products = 0, halved = 0
@@ -61,7 +61,7 @@ module m_quasi_static
       procedure, private :: complain
    end type quasi_static_t
 
-   real(wp), parameter :: most_of_way = 0.98_wp !< of what particles of the finest level may go: tools in a step
+   real(wp), parameter :: most_of_way = 0.98_wp !< of what particles of the finest level may go: tools
    real(wp), parameter :: wished_way = 0.8_wp   !< of what particles may go: what the next step aims at
    real(wp), parameter :: growth = 1.5_wp, least_growth = 0.1_wp
    integer, parameter :: parts_of_creep = 4    !< in which laws that creep take a step

@@ -1,5 +1,5 @@
-!> The unknowns of an equilibrium on all levels, as one space: what hangs on a coarser level is no unknown, moves
-!> with it, and hands its forces up to it (theory.md, eq. static-levels).
+!> The unknowns of an equilibrium on all levels, as one space: what hangs on a coarser level is no unknown,
+!> moves with it, and hands its forces up to it (theory.md, eq. static-levels).
 module m_static_levels
    use m_kinds, only: wp
    use m_node_values, only: v_x, f_x
@@ -27,8 +27,8 @@ module m_static_levels
       procedure :: clear_forces
    end type static_level_t
 
-   real(wp), parameter :: most_move = 0.44_wp !< of a cell of the coarsest level in a step, where there are finer
-                                               !< ones: blocks are made as far ahead
+   real(wp), parameter :: most_move = 0.44_wp !< of a cell of the coarsest level in a step, where there
+                                               !< are finer ones: blocks are made as far ahead
 
 contains
 
@@ -91,7 +91,8 @@ contains
       self%forces(:, :, :, :, :size(self%trial)) = 0.0_wp
    end subroutine clear_forces
 
-   !> Collective: displacements of the unknowns onto all nodes of all levels, held, mirrored and hanging ones too.
+   !> Collective: displacements of the unknowns onto all nodes of all levels, held, mirrored and hanging ones
+   !> too.
    subroutine spread(levels, model, z)
       type(static_level_t), intent(in) :: levels(:)
       type(model_t), intent(inout) :: model
@@ -111,8 +112,8 @@ contains
       end do
    end subroutine spread
 
-   !> Collective: forces in all tiles, each what a block gave, to the unknowns. `diagonal`: they are a diagonal of
-   !> the stiffness.
+   !> Collective: forces in all tiles, each what a block gave, to the unknowns. `diagonal`: they are a
+   !> diagonal of the stiffness.
    subroutine collect(levels, model, parity, values, diagonal)
       type(static_level_t), intent(inout) :: levels(:)
       type(model_t), intent(inout) :: model

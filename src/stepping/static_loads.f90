@@ -1,5 +1,5 @@
-!> Contact of a quasi-static step with the tools of the model, on the finest level: where they go, and what is booked when the step
-!> has its equilibrium.
+!> Contact of a quasi-static step with the tools of the model, on the finest level: where they go, and what is
+!> booked when the step has its equilibrium.
 module m_static_loads
    use m_kinds, only: wp, i8
    use m_vectors, only: cross

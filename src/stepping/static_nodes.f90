@@ -23,8 +23,8 @@ module m_static_nodes
 
 contains
 
-   !> Number the free components of all nodes that have mass and do not hang on a coarser level: `nodes` of the
-   !> level hold the sums of P2G.
+   !> Number the free components of all nodes that have mass and do not hang on a coarser level: `nodes` of
+   !> the level hold the sums of P2G.
    subroutine number(self, level)
       class(static_nodes_t), intent(inout) :: self
       type(level_t), intent(in) :: level

@@ -20,8 +20,8 @@ module m_static_tiles
 
 contains
 
-   !> Collective: masses and momenta of the nodes, and the forces on them of effects at a time; the finest level
-   !> first, for each hands what hanging nodes were given up to the next.
+   !> Collective: masses and momenta of the nodes, and the forces on them of effects at a time; the finest
+   !> level first, for each hands what hanging nodes were given up to the next.
    subroutine put_loads(model, time)
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: time !< s
