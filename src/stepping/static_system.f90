@@ -5,7 +5,7 @@ module m_static_system
    use mpi_f08
    use m_kinds, only: wp
    use m_timers
-   use m_node_values, only: v_x, a_x, f_x
+   use m_node_values, only: a_x, f_x
    use m_boundary, only: motion_parity
    use m_migration, only: frame_of
    use m_g2p_boxes, only: fastest_t
