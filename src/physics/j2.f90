@@ -5,6 +5,7 @@ module m_j2
    use m_value_range, only: above, at_least
    use m_group_reader, only: group_reader_t
    use m_field_table, only: field_table_t, layout_t
+   use m_stress_slopes, only: elastic_slopes, return_slopes
    use m_kinematic, only: kinematic_t, trial_t, few
    use m_plastic, only: plastic_t, lane_t, lanes, declare_plastic, update_plastic, follow_shape
    implicit none
@@ -23,6 +24,7 @@ module m_j2
       procedure :: variables
       procedure :: declare
       procedure :: update
+      procedure :: slopes
       procedure :: flow
       procedure :: strain_energy
       procedure, non_overridable :: isotropic_variables
@@ -111,6 +113,38 @@ contains
          if (any(flows(:n))) call return_to_moved(self, column, layout, p, n)
       end do
    end subroutine update
+
+   !> Of this law itself, without back stresses: with d the increment of plastic strain and H the slope of the
+   !> yield stress, 3 mu d falls by 3 mu/(3 mu + H) of what is added to the trial stress.
+   pure subroutine slopes(self, column, layout, gradient, parts, time_step, count, slope, known)
+      class(j2_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in), contiguous :: gradient(:, :)
+      integer, intent(in) :: parts, count
+      real(wp), intent(in) :: time_step
+      real(wp), intent(inout), contiguous :: slope(:, :)
+      logical, intent(out) :: known
+      real(wp) :: moved(count, size(column, 2)), stress(6), yield(1), rise(1), flowed
+      integer :: p
+      known = .false.
+      select type (self)
+      type is (j2_t)
+         known = parts == 1 .and. .not. self%kinematic%is_used()
+      end select
+      if (.not. known) return
+      moved = column
+      call self%update(moved, layout, gradient/time_step, time_step, 1, count)
+      do p = 1, count
+         call elastic_slopes(self%lame, self%shear, gradient(p, :), &
+                             column(p, layout%stress:layout%stress + 5), stress, slope(p, :))
+         flowed = moved(p, self%strain) - column(p, self%strain)
+         if (.not. flowed > 0.0_wp) cycle
+         call self%curve(moved(p:p, self%strain), yield, rise)
+         call return_slopes(stress, 3.0_wp*self%shear*flowed, &
+                            3.0_wp*self%shear/(3.0_wp*self%shear + rise(1)), slope(p, :))
+      end do
+   end subroutine slopes
 
    !> Return of n particles from p on to the yield surface about their back stresses (theory.md, eq.
    !> kinematic). What does not flow keeps its bits.

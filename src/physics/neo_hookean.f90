@@ -4,6 +4,7 @@ module m_neo_hookean
    use m_vectors, only: cross
    use m_field_table, only: layout_t, field_table_t
    use m_isotropic, only: isotropic_t
+   use m_stress_slopes, only: tensor_of
    implicit none
    private
    public :: neo_hookean_t
@@ -14,6 +15,7 @@ module m_neo_hookean
       procedure :: initial
       procedure :: begin_stressed
       procedure :: update
+      procedure :: slopes
       procedure :: strain_energy
       procedure :: stretch
       procedure :: most_stretch
@@ -124,6 +126,51 @@ contains
                         column(p, s + 5))
       end do
    end subroutine update
+
+   !> With l = dA (I + A)^-1, which parts of a step do not change: db = l b + b l^T, dJ = J tr l.
+   pure subroutine slopes(self, column, layout, gradient, parts, time_step, count, slope, known)
+      class(neo_hookean_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in), contiguous :: gradient(:, :)
+      integer, intent(in) :: parts, count
+      real(wp), intent(in) :: time_step
+      real(wp), intent(inout), contiguous :: slope(:, :)
+      logical, intent(out) :: known
+      real(wp) :: f(3, 3), b(3, 3), inverse(3, 3), change(3, 3), jacobian, factor, trace, of_l
+      integer :: i, k, l, p
+      known = .true.
+      do p = 1, count
+         f = reshape(gradient(p, :), [3, 3])
+         do i = 1, 3
+            f(i, i) = f(i, i) + 1.0_wp
+         end do
+         inverse(1, :) = cross(f(:, 2), f(:, 3))
+         inverse(2, :) = cross(f(:, 3), f(:, 1))
+         inverse(3, :) = cross(f(:, 1), f(:, 2))
+         inverse = inverse/dot_product(f(:, 1), inverse(1, :))
+         f = matmul(f, reshape(column(p, layout%deformation:layout%deformation + 8), [3, 3]))
+         jacobian = dot_product(f(:, 1), cross(f(:, 2), f(:, 3)))
+         factor = self%shear*jacobian**(-5.0_wp/3.0_wp)
+         b = matmul(f, transpose(f))
+         trace = (b(1, 1) + b(2, 2) + b(3, 3))/3.0_wp
+         do l = 1, 3
+            do k = 1, 3
+               of_l = inverse(l, k)
+               change = -5.0_wp/3.0_wp*of_l*b
+               change(k, :) = change(k, :) + matmul(b, inverse(l, :))
+               change(:, k) = change(:, k) + matmul(b, inverse(l, :))
+               change = factor*change
+               do i = 1, 3
+                  change(i, i) = change(i, i) + factor*(5.0_wp/3.0_wp*of_l*trace - 2.0_wp/3.0_wp &
+                     *dot_product(inverse(l, :), b(:, k))) &
+                     + (self%lame + 2.0_wp*self%shear/3.0_wp)*jacobian*of_l
+               end do
+               slope(p, 18*l - 18 + 6*k - 5:18*l - 18 + 6*k) = tensor_of(change)
+            end do
+         end do
+      end do
+   end subroutine slopes
 
    !> v <- v + dt L v. Here, and not taken from another module: only so it is put into the loop.
    pure elemental subroutine push(dt, l11, l21, l31, l12, l22, l32, l13, l23, l33, x, y, z)
