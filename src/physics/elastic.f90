@@ -96,18 +96,14 @@ contains
       real(wp), intent(in) :: time_step
       real(wp), intent(inout), contiguous :: slope(:, :)
       logical, intent(out) :: known
-      real(wp) :: stress(6)
-      integer :: p
+      real(wp) :: stress(count, 6)
       known = .false.
       select type (self)
       type is (elastic_t)
          known = parts == 1
       end select
-      if (.not. known) return
-      do p = 1, count
-         call elastic_slopes(self%lame, self%shear, gradient(p, :), &
-                             column(p, layout%stress:layout%stress + 5), stress, slope(p, :))
-      end do
+      if (known) call elastic_slopes(count, self%lame, self%shear, gradient, &
+                                     column(:count, layout%stress:layout%stress + 5), stress, slope)
    end subroutine slopes
 
    !> Sum of the strain energy, J: V sigma : C^-1 : sigma / 2, with the share of it that the change of volume

@@ -7,10 +7,13 @@ module m_j2
    use m_field_table, only: field_table_t, layout_t
    use m_stress_slopes, only: elastic_slopes, return_slopes
    use m_kinematic, only: kinematic_t, trial_t, few
-   use m_plastic, only: plastic_t, lane_t, lanes, declare_plastic, update_plastic, follow_shape
+   use m_plastic, only: plastic_t, lane_t, lanes, declare_plastic, update_plastic, follow_shape, &
+                        von_mises
    implicit none
    private
    public :: j2_t
+
+   real(wp), parameter :: at_yield = 1.0_wp - 1.0e-8_wp !< of the yield stress: more flows if it grows
 
    !> The yield stress is yield_stress + hardening_modulus times the equivalent plastic strain or, where the
    !> table is there, linear between its points and held after the last.
@@ -125,7 +128,8 @@ contains
       real(wp), intent(in) :: time_step
       real(wp), intent(inout), contiguous :: slope(:, :)
       logical, intent(out) :: known
-      real(wp) :: moved(count, size(column, 2)), stress(6), yield(1), rise(1), flowed
+      real(wp) :: moved(count, size(column, 2)), trial(count, 6)
+      real(wp), dimension(count) :: strength, rise, drop, drop_slope
       integer :: p
       known = .false.
       select type (self)
@@ -135,15 +139,17 @@ contains
       if (.not. known) return
       moved = column
       call self%update(moved, layout, gradient/time_step, time_step, 1, count)
+      call elastic_slopes(count, self%lame, self%shear, gradient, &
+                          column(:count, layout%stress:layout%stress + 5), trial, slope)
+      call self%curve(moved(:, self%strain), strength, rise)
       do p = 1, count
-         call elastic_slopes(self%lame, self%shear, gradient(p, :), &
-                             column(p, layout%stress:layout%stress + 5), stress, slope(p, :))
-         flowed = moved(p, self%strain) - column(p, self%strain)
-         if (.not. flowed > 0.0_wp) cycle
-         call self%curve(moved(p:p, self%strain), yield, rise)
-         call return_slopes(stress, 3.0_wp*self%shear*flowed, &
-                            3.0_wp*self%shear/(3.0_wp*self%shear + rise(1)), slope(p, :))
+         drop(p) = 3.0_wp*self%shear*(moved(p, self%strain) - column(p, self%strain))
+         drop_slope(p) = 0.0_wp
+         if (drop(p) > 0.0_wp .or. von_mises(trial(p, 1), trial(p, 2), trial(p, 3), trial(p, 4), &
+                                             trial(p, 5), trial(p, 6)) >= at_yield*strength(p)) &
+            drop_slope(p) = 3.0_wp*self%shear/(3.0_wp*self%shear + rise(p))
       end do
+      if (any(drop_slope > 0.0_wp)) call return_slopes(count, trial, drop, drop_slope, slope)
    end subroutine slopes
 
    !> Return of n particles from p on to the yield surface about their back stresses (theory.md, eq.

@@ -4,7 +4,7 @@ module m_neo_hookean
    use m_vectors, only: cross
    use m_field_table, only: layout_t, field_table_t
    use m_isotropic, only: isotropic_t
-   use m_stress_slopes, only: tensor_of
+   use m_stress_slopes, only: add_deformation, component
    implicit none
    private
    public :: neo_hookean_t
@@ -137,36 +137,40 @@ contains
       real(wp), intent(in) :: time_step
       real(wp), intent(inout), contiguous :: slope(:, :)
       logical, intent(out) :: known
-      real(wp) :: f(3, 3), b(3, 3), inverse(3, 3), change(3, 3), jacobian, factor, trace, of_l
-      integer :: i, k, l, p
+      real(wp), dimension(count, 9) :: f, inverse
+      real(wp) :: s(count, 6), b(count, 6), v(count, 3), factor(count), bulk(count), mean(count), both(count)
+      integer :: c, j, k, l
       known = .true.
-      do p = 1, count
-         f = reshape(gradient(p, :), [3, 3])
-         do i = 1, 3
-            f(i, i) = f(i, i) + 1.0_wp
+      f = column(:count, layout%deformation:layout%deformation + 8)
+      call add_deformation(count, gradient, f, inverse)
+      factor = determinant(f(:, 1), f(:, 2), f(:, 3), f(:, 4), f(:, 5), f(:, 6), f(:, 7), f(:, 8), f(:, 9))
+      bulk = (self%lame + 2.0_wp*self%shear/3.0_wp)*factor
+      factor = self%shear*factor**(-5.0_wp/3.0_wp)
+      do j = 1, 3
+         do k = j, 3
+            b(:, component(j, k)) = f(:, j)*f(:, k) + f(:, j + 3)*f(:, k + 3) + f(:, j + 6)*f(:, k + 6)
          end do
-         inverse(1, :) = cross(f(:, 2), f(:, 3))
-         inverse(2, :) = cross(f(:, 3), f(:, 1))
-         inverse(3, :) = cross(f(:, 1), f(:, 2))
-         inverse = inverse/dot_product(f(:, 1), inverse(1, :))
-         f = matmul(f, reshape(column(p, layout%deformation:layout%deformation + 8), [3, 3]))
-         jacobian = dot_product(f(:, 1), cross(f(:, 2), f(:, 3)))
-         factor = self%shear*jacobian**(-5.0_wp/3.0_wp)
-         b = matmul(f, transpose(f))
-         trace = (b(1, 1) + b(2, 2) + b(3, 3))/3.0_wp
-         do l = 1, 3
-            do k = 1, 3
-               of_l = inverse(l, k)
-               change = -5.0_wp/3.0_wp*of_l*b
-               change(k, :) = change(k, :) + matmul(b, inverse(l, :))
-               change(:, k) = change(:, k) + matmul(b, inverse(l, :))
-               change = factor*change
-               do i = 1, 3
-                  change(i, i) = change(i, i) + factor*(5.0_wp/3.0_wp*of_l*trace - 2.0_wp/3.0_wp &
-                     *dot_product(inverse(l, :), b(:, k))) &
-                     + (self%lame + 2.0_wp*self%shear/3.0_wp)*jacobian*of_l
+      end do
+      mean = (b(:, 1) + b(:, 2) + b(:, 3))/3.0_wp
+      do l = 1, 3
+         do j = 1, 3 ! v = b . (row l of the inverse)
+            v(:, j) = b(:, component(j, 1))*inverse(:, l) + b(:, component(j, 2))*inverse(:, l + 3) &
+                      + b(:, component(j, 3))*inverse(:, l + 6)
+         end do
+         do k = 1, 3
+            associate (of_l => inverse(:, 3*k - 3 + l))
+               do c = 1, 6
+                  s(:, c) = -5.0_wp/3.0_wp*of_l*b(:, c)
                end do
-               slope(p, 18*l - 18 + 6*k - 5:18*l - 18 + 6*k) = tensor_of(change)
+               do j = 1, 3
+                  s(:, component(k, j)) = s(:, component(k, j)) + v(:, j)
+               end do
+               s(:, k) = s(:, k) + v(:, k)
+               both = factor*(5.0_wp/3.0_wp*of_l*mean - 2.0_wp/3.0_wp*v(:, k)) + bulk*of_l
+            end associate
+            do c = 1, 6
+               slope(:, 6*(3*l - 3 + k) - 6 + c) = factor*s(:, c)
+               if (c <= 3) slope(:, 6*(3*l - 3 + k) - 6 + c) = slope(:, 6*(3*l - 3 + k) - 6 + c) + both
             end do
          end do
       end do

@@ -1,10 +1,10 @@
 !> Tangents of particles by their laws' own derivatives (theory.md, eq. closed-tangent).
 module m_closed_tangent
    use m_kinds, only: wp
-   use m_vectors, only: cross
    use m_field_table, only: layout_t
    use m_particle_store, only: particle_store_t
    use m_materials, only: materials_t
+   use m_stress_slopes, only: add_deformation, component
    implicit none
    private
    public :: closed_tangent
@@ -25,46 +25,51 @@ contains
       real(wp), intent(inout) :: tangent(:, :) !< (count, 81)
       logical, intent(out) :: known
       real(wp) :: slope(count, 54), column(count, size(particles%column, 2))
-      integer :: p
       column = particles%column(first:first + count - 1, :)
       associate (law => materials%slots(materials%of_body(particles%body(first)))%law)
          call law%slopes(column, layout, gradient, parts, time_step, count, slope, known)
       end associate
       if (.not. known) return
-      do p = 1, count
-         call pull_back_slopes(column(p, layout%volume), gradient(p, :), force(p, :), slope(p, :), &
-                               tangent(p, :))
-      end do
+      call pull_back_slopes(count, column(:, layout%volume), gradient, force, slope, tangent)
    end subroutine closed_tangent
 
    !> With l = dA F^-1: d(sigma cof F) = (d sigma + sigma tr l - sigma l^T) cof F.
-   pure subroutine pull_back_slopes(volume, gradient, force, slope, tangent)
-      real(wp), intent(in) :: volume, gradient(9), force(9), slope(54)
-      real(wp), intent(out) :: tangent(81)
-      real(wp) :: f(3, 3), cofactor(3, 3), inverse(3, 3), s(3, 3), t(3, 3), determinant
-      integer :: i, k, l
-      f = reshape(gradient, [3, 3])
-      do i = 1, 3
-         f(i, i) = f(i, i) + 1.0_wp
+   pure subroutine pull_back_slopes(n, volume, gradient, force, slope, tangent)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: volume(n), gradient(n, 9), force(n, 9), slope(n, 54)
+      real(wp), intent(inout) :: tangent(:, :) !< (n, 81)
+      real(wp) :: f(n, 9), inverse(n, 9), cofactor(n, 9), s(n, 9), t(n, 9), size_of(n)
+      integer :: i, j, k, l
+      f = 0.0_wp
+      f(:, 1:9:4) = 1.0_wp
+      call add_deformation(n, gradient, f, inverse)
+      size_of = f(:, 1)*(f(:, 5)*f(:, 9) - f(:, 6)*f(:, 8)) - f(:, 4)*(f(:, 2)*f(:, 9) - f(:, 3)*f(:, 8)) &
+                + f(:, 7)*(f(:, 2)*f(:, 6) - f(:, 3)*f(:, 5))
+      do j = 1, 3
+         do i = 1, 3
+            cofactor(:, 3*j - 3 + i) = volume*size_of*inverse(:, 3*i - 3 + j)
+            s(:, 3*j - 3 + i) = -(force(:, i)*f(:, j) + force(:, i + 3)*f(:, j + 3) &
+                                  + force(:, i + 6)*f(:, j + 6))/(size_of*volume) ! sigma
+         end do
       end do
-      cofactor(:, 1) = cross(f(:, 2), f(:, 3))
-      cofactor(:, 2) = cross(f(:, 3), f(:, 1))
-      cofactor(:, 3) = cross(f(:, 1), f(:, 2))
-      determinant = dot_product(f(:, 1), cofactor(:, 1))
-      inverse = transpose(cofactor)/determinant
-      s = -matmul(reshape(force, [3, 3]), transpose(f))/(determinant*volume) ! sigma
-      cofactor = volume*cofactor
       do l = 1, 3
          do k = 1, 3
-            associate (kl => 3*(l - 1) + k)
-               associate (d => slope(6*kl - 5:6*kl))
-                  t = reshape([d(1), d(6), d(5), d(6), d(2), d(4), d(5), d(4), d(3)], [3, 3]) &
-                      + inverse(l, k)*s
-               end associate
-               ! l has one row, k: that of number l of the inverse; so sigma l^T has one column
-               t(:, k) = t(:, k) - matmul(s, inverse(l, :))
-               tangent(9*kl - 8:9*kl) = reshape(matmul(t, cofactor), [9])
-            end associate
+            do j = 1, 3
+               do i = 1, 3
+                  t(:, 3*j - 3 + i) = slope(:, 6*(3*l - 3 + k) - 6 + component(i, j)) &
+                                      + inverse(:, 3*k - 3 + l)*s(:, 3*j - 3 + i)
+               end do
+            end do
+            do i = 1, 3 ! l has one row, k: that of number l of the inverse; so sigma l^T has one column
+               t(:, 3*k - 3 + i) = t(:, 3*k - 3 + i) - s(:, i)*inverse(:, l) &
+                                   - s(:, i + 3)*inverse(:, l + 3) - s(:, i + 6)*inverse(:, l + 6)
+            end do
+            do j = 1, 3
+               do i = 1, 3
+                  tangent(:n, 9*(3*l - 3 + k) - 12 + 3*j + i) = t(:, i)*cofactor(:, 3*j - 2) &
+                     + t(:, i + 3)*cofactor(:, 3*j - 1) + t(:, i + 6)*cofactor(:, 3*j)
+               end do
+            end do
          end do
       end do
    end subroutine pull_back_slopes
