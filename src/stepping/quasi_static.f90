@@ -12,7 +12,6 @@ module m_quasi_static
    use m_particle_store, only: particle_store_t
    use m_g2p_boxes, only: motion_t
    use m_pressure, only: pressure_t
-   use m_maxwell, only: maxwell_t
    use m_norton, only: norton_t
    use m_model, only: model_t, bounds_t
    use m_integrator, only: integrator_t
@@ -22,7 +21,7 @@ module m_quasi_static
    use m_cells_stage, only: cells_block
    use m_advance, only: migrate
    use m_trial_state, only: relaxation, part_of_gradient
-   use m_equilibrium, only: equilibrium_t, found, turned, too_far
+   use m_equilibrium, only: equilibrium_t, found, turned, too_far, too_long
    use m_static_loads, only: find_contact, book_contact
    use m_static_levels, only: longest_way
    use m_contact_complaints, only: forbid_contact
@@ -84,11 +83,9 @@ contains
       self%told = ''
       self%creeps = .false.
       do m = 1, size(model%materials%slots)
+         self%creeps = self%creeps .or. model%materials%slots(m)%law%goes_on()
          select type (law => model%materials%slots(m)%law)
-         type is (maxwell_t)
-            self%creeps = .true.
          type is (norton_t)
-            self%creeps = .true.
             self%equilibrium%system%parts = parts_of_creep
          end select
       end do
@@ -223,6 +220,7 @@ contains
       select case (outcome)
       case (too_far); text = 'a particle would move too far'
       case (turned); text = 'a particle is strained too far'
+      case (too_long); text = 'a law asks for a smaller step'
       case default; text = 'no convergence'
       end select
    end function reason
