@@ -229,7 +229,7 @@ install: gimp3d
 	$(INSTALL) -d $(dir $(installed_program))
 	$(INSTALL) -m 755 $(program) $(installed_program)
 	@for file in README.md CHANGELOG.md CITATION.cff LICENSE post/*.py post/*.css post/*.js post/requirements.txt \
-	   $$(find doc input test/references tools/vumat -name '*.md' -o -name '*.inc' -o -name '*.f' -o -name '*.c' -o -name '*.png' -o -name '*.nml' -o -name '*.toml' -o -name '*.csv' -o -name '*.json'); do \
+	   $$(find doc input test/references tools/vumat -name '*.md' -o -name '*.inc' -o -name '*.INC' -o -name '*.f' -o -name '*.c' -o -name '*.png' -o -name '*.nml' -o -name '*.toml' -o -name '*.csv' -o -name '*.json'); do \
 	   $(INSTALL) -d "$(installed_data)/$${file%/*}" && $(INSTALL) -m 644 "$$file" "$(installed_data)/$$file" || exit 1; done
 	@echo "  install  $(installed_program), $(installed_data)"
 

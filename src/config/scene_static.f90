@@ -5,7 +5,7 @@ module m_scene_static
    use m_errors, only: error_t, fail
    use m_group_reader, only: group_reader_t
    use m_namelist_text, only: namelist_text_t
-   use m_scene, only: scene_t, quasi_static_spec_t, update_usl
+   use m_scene, only: scene_t, quasi_static_spec_t, update_usl, criterion_none
    use m_value_range, only: above, at_least
    use m_words, only: joined
    implicit none
@@ -13,8 +13,8 @@ module m_scene_static
    public :: describe_quasi_static, check_quasi_static, brings_in_statics
 
    !> Laws whose update from the beginning of a step holds for any step, and effects that are forces alone.
-   character(len=*), parameter :: laws(5) = [character(len=11) :: 'elastic', 'neo_hookean', 'j2', 'norton', &
-                                             'maxwell']
+   character(len=*), parameter :: laws(6) = [character(len=11) :: 'elastic', 'neo_hookean', 'j2', 'norton', &
+                                             'maxwell', 'umat']
    character(len=*), parameter :: effects(2) = [character(len=8) :: 'gravity', 'pressure']
    real(wp), parameter :: largest_tolerance = 1.0e-2_wp
 
@@ -61,9 +61,11 @@ contains
             call fail(error, exit_input, scene%effects(i)%it%group_text()//': not with &quasi_static, '// &
                       'whose effects are '//joined(effects)//'; leave it out, or take the explicit scheme')
       end do
-      if (size(scene%levels) > 0) &
-         call fail(error, exit_input, text%line_of('level', 1)//', &level: not with &quasi_static, '// &
-                   'which has one level; take a smaller cell_size, or the explicit scheme')
+      i = findloc(scene%levels%criterion /= criterion_none, .true., dim=1)
+      if (i > 0) &
+         call fail(error, exit_input, text%place('level', i, 'criterion')//': not with &quasi_static, '// &
+                   'whose levels stay or follow; give the level a box or a sphere, or take the '// &
+                   'explicit scheme')
       if (scene%fields() > 1) &
          call fail(error, exit_input, text%line_of('quasi_static', 1)//', &quasi_static: not with more '// &
                    'than one contact_group; leave contact_group out, so that bodies are bonded where '// &

@@ -20,7 +20,7 @@ module m_edge
    implicit none
    private
    public :: edge_t, has_constrained, make_edge, clear_covered, restrict_sums, restrict_lag, prolong_motion, &
-             prolong_lag, interpolate_motion, interpolate_lag
+             prolong_lag, interpolate_motion, interpolate_lag, coarse_nodes
 
    integer, parameter, public :: patch_last = 5 !< patches run from 0 to here
    integer, parameter, public :: lag_first = node_values + 1, lag_last = node_values + 3 !< up: the force that

@@ -4,6 +4,7 @@ module m_elastic
    use m_kinds, only: wp
    use m_field_table, only: layout_t
    use m_isotropic, only: isotropic_t
+   use m_stress_slopes, only: elastic_slopes
    implicit none
    private
    public :: elastic_t
@@ -11,6 +12,7 @@ module m_elastic
    type, extends(isotropic_t) :: elastic_t
    contains
       procedure :: update
+      procedure :: slopes
       procedure :: strain_energy
       procedure :: stretch
       procedure :: most_stretch
@@ -83,6 +85,26 @@ contains
       xz = t11*r31 + t12*r32 + t13*r33 + shear*(g13 + g31)
       xy = t11*r21 + t12*r22 + t13*r23 + shear*(g12 + g21)
    end subroutine turn_and_strain
+
+   !> Of this law itself, not of those that extend it.
+   pure subroutine slopes(self, column, layout, gradient, parts, time_step, count, slope, known)
+      class(elastic_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in), contiguous :: gradient(:, :)
+      integer, intent(in) :: parts, count
+      real(wp), intent(in) :: time_step
+      real(wp), intent(inout), contiguous :: slope(:, :)
+      logical, intent(out) :: known
+      real(wp) :: stress(count, 6)
+      known = .false.
+      select type (self)
+      type is (elastic_t)
+         known = parts == 1
+      end select
+      if (known) call elastic_slopes(count, self%lame, self%shear, gradient, &
+                                     column(:count, layout%stress:layout%stress + 5), stress, slope)
+   end subroutine slopes
 
    !> Sum of the strain energy, J: V sigma : C^-1 : sigma / 2, with the share of it that the change of volume
    !> on the way asks for (theory.md, eq. elastic-energy).

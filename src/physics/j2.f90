@@ -5,11 +5,15 @@ module m_j2
    use m_value_range, only: above, at_least
    use m_group_reader, only: group_reader_t
    use m_field_table, only: field_table_t, layout_t
+   use m_stress_slopes, only: elastic_slopes, return_slopes
    use m_kinematic, only: kinematic_t, trial_t, few
-   use m_plastic, only: plastic_t, lane_t, lanes, declare_plastic, update_plastic, follow_shape
+   use m_plastic, only: plastic_t, lane_t, lanes, declare_plastic, update_plastic, follow_shape, &
+                        von_mises
    implicit none
    private
    public :: j2_t
+
+   real(wp), parameter :: at_yield = 1.0_wp - 1.0e-8_wp !< of the yield stress: more flows if it grows
 
    !> The yield stress is yield_stress + hardening_modulus times the equivalent plastic strain or, where the
    !> table is there, linear between its points and held after the last.
@@ -23,6 +27,7 @@ module m_j2
       procedure :: variables
       procedure :: declare
       procedure :: update
+      procedure :: slopes
       procedure :: flow
       procedure :: strain_energy
       procedure, non_overridable :: isotropic_variables
@@ -106,6 +111,41 @@ contains
          call return_to_moved(self, column, layout, p, min(few, last - p + 1), trial)
       end do
    end subroutine update
+
+   !> Of this law itself, without back stresses: with d the increment of plastic strain and H the slope of the
+   !> yield stress, 3 mu d falls by 3 mu/(3 mu + H) of what is added to the trial stress.
+   pure subroutine slopes(self, column, layout, gradient, parts, time_step, count, slope, known)
+      class(j2_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in), contiguous :: gradient(:, :)
+      integer, intent(in) :: parts, count
+      real(wp), intent(in) :: time_step
+      real(wp), intent(inout), contiguous :: slope(:, :)
+      logical, intent(out) :: known
+      real(wp) :: moved(count, size(column, 2)), trial(count, 6)
+      real(wp), dimension(count) :: strength, rise, drop, drop_slope
+      integer :: p
+      known = .false.
+      select type (self)
+      type is (j2_t)
+         known = parts == 1 .and. .not. self%kinematic%is_used()
+      end select
+      if (.not. known) return
+      moved = column
+      call self%update(moved, layout, gradient/time_step, time_step, 1, count)
+      call elastic_slopes(count, self%lame, self%shear, gradient, &
+                          column(:count, layout%stress:layout%stress + 5), trial, slope)
+      call self%curve(moved(:, self%strain), strength, rise)
+      do p = 1, count
+         drop(p) = 3.0_wp*self%shear*(moved(p, self%strain) - column(p, self%strain))
+         drop_slope(p) = 0.0_wp
+         if (drop(p) > 0.0_wp .or. von_mises(trial(p, 1), trial(p, 2), trial(p, 3), trial(p, 4), &
+                                             trial(p, 5), trial(p, 6)) >= at_yield*strength(p)) &
+            drop_slope(p) = 3.0_wp*self%shear/(3.0_wp*self%shear + rise(p))
+      end do
+      if (any(drop_slope > 0.0_wp)) call return_slopes(count, trial, drop, drop_slope, slope)
+   end subroutine slopes
 
    !> Return of n particles from p on to the yield surface about their back stresses (theory.md, eq.
    !> kinematic). What does not flow keeps its bits.

@@ -22,6 +22,9 @@ module m_material
       procedure :: energy_of_stress
       procedure :: fault_text
       procedure :: take_heat
+      procedure :: slopes
+      procedure :: wants_less
+      procedure :: goes_on
       procedure(modulus_interface), deferred :: p_wave_modulus
       procedure(stress_interface), deferred :: complementary_energy
       procedure(update_interface), deferred :: update
@@ -147,6 +150,35 @@ contains
       real(wp), intent(in) :: values(:) !< the particle's columns
       strain = 0.0_wp
    end function equivalent_plastic_strain
+
+   !> The derivative of the stress of particles 1..count after a step by the gradient A of its displacement,
+   !> of laws that have it in closed form: d c/d kl at 6 (kl-1) + c, Pa. `column`: at the step's beginning.
+   pure subroutine slopes(self, column, layout, gradient, parts, time_step, count, slope, known)
+      class(material_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in), contiguous :: gradient(:, :) !< (count, 9): A, not by time
+      integer, intent(in) :: parts !< in which the step is taken
+      integer, intent(in) :: count
+      real(wp), intent(in) :: time_step !< of all parts together, s
+      real(wp), intent(inout), contiguous :: slope(:, :) !< (count, 54)
+      logical, intent(out) :: known !< false: differences of the stress have to do
+      known = .false.
+   end subroutine slopes
+
+   !> True where the law wants a smaller step than that which particles first..last have taken.
+   pure logical function wants_less(self, column, first, last)
+      class(material_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      integer, intent(in) :: first, last
+      wants_less = .false.
+   end function wants_less
+
+   !> True of a law whose stress may change with time alone, as by creep.
+   pure logical function goes_on(self)
+      class(material_t), intent(in) :: self
+      goes_on = .false.
+   end function goes_on
 
    !> What is wrong with a particle whose stress the law has made no number, for the end of a sentence; empty:
    !> the law does no such thing.

@@ -40,6 +40,7 @@ contains
       end block
       block; use m_maxwell, only: maxwell_t; call add('maxwell', maxwell_t()); end block
       block; use m_vumat, only: vumat_t; call add('vumat', vumat_t()); end block
+      block; use m_umat, only: umat_t; call add('umat', umat_t()); end block
       block; use m_c_law, only: c_law_t; call add('c_law', c_law_t()); end block
       block; use m_cubic, only: cubic_t; call add('cubic', cubic_t()); end block
       block; use m_orthotropic, only: orthotropic_t; call add('orthotropic', orthotropic_t()); end block

@@ -36,6 +36,7 @@ module m_maxwell
       procedure :: strain_energy
       procedure :: plastic_energy
       procedure :: stretch
+      procedure :: goes_on
       procedure, private :: moduli
       procedure, private :: advance
    end type maxwell_t
@@ -96,6 +97,11 @@ contains
       integer, intent(in) :: first, last
       if (self%shape > 0) column(first:last, self%shape:self%shape + 2) = 1.0_wp
    end subroutine initial
+
+   pure logical function goes_on(self)
+      class(maxwell_t), intent(in) :: self
+      goes_on = .true.
+   end function goes_on
 
    !> All branches have relaxed: the spring beside them bears it.
    pure subroutine begin_stressed(self, stress, column, layout, first, last)

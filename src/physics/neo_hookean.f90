@@ -4,6 +4,7 @@ module m_neo_hookean
    use m_vectors, only: cross
    use m_field_table, only: layout_t, field_table_t
    use m_isotropic, only: isotropic_t
+   use m_stress_slopes, only: add_deformation, component
    implicit none
    private
    public :: neo_hookean_t
@@ -14,6 +15,7 @@ module m_neo_hookean
       procedure :: initial
       procedure :: begin_stressed
       procedure :: update
+      procedure :: slopes
       procedure :: strain_energy
       procedure :: stretch
       procedure :: most_stretch
@@ -124,6 +126,55 @@ contains
                         column(p, s + 5))
       end do
    end subroutine update
+
+   !> With l = dA (I + A)^-1, which parts of a step do not change: db = l b + b l^T, dJ = J tr l.
+   pure subroutine slopes(self, column, layout, gradient, parts, time_step, count, slope, known)
+      class(neo_hookean_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in), contiguous :: gradient(:, :)
+      integer, intent(in) :: parts, count
+      real(wp), intent(in) :: time_step
+      real(wp), intent(inout), contiguous :: slope(:, :)
+      logical, intent(out) :: known
+      real(wp), dimension(count, 9) :: f, inverse
+      real(wp) :: s(count, 6), b(count, 6), v(count, 3), factor(count), bulk(count), mean(count), both(count)
+      integer :: c, j, k, l
+      known = .true.
+      f = column(:count, layout%deformation:layout%deformation + 8)
+      call add_deformation(count, gradient, f, inverse)
+      factor = determinant(f(:, 1), f(:, 2), f(:, 3), f(:, 4), f(:, 5), f(:, 6), f(:, 7), f(:, 8), f(:, 9))
+      bulk = (self%lame + 2.0_wp*self%shear/3.0_wp)*factor
+      factor = self%shear*factor**(-5.0_wp/3.0_wp)
+      do j = 1, 3
+         do k = j, 3
+            b(:, component(j, k)) = f(:, j)*f(:, k) + f(:, j + 3)*f(:, k + 3) + f(:, j + 6)*f(:, k + 6)
+         end do
+      end do
+      mean = (b(:, 1) + b(:, 2) + b(:, 3))/3.0_wp
+      do l = 1, 3
+         do j = 1, 3 ! v = b . (row l of the inverse)
+            v(:, j) = b(:, component(j, 1))*inverse(:, l) + b(:, component(j, 2))*inverse(:, l + 3) &
+                      + b(:, component(j, 3))*inverse(:, l + 6)
+         end do
+         do k = 1, 3
+            associate (of_l => inverse(:, 3*k - 3 + l))
+               do c = 1, 6
+                  s(:, c) = -5.0_wp/3.0_wp*of_l*b(:, c)
+               end do
+               do j = 1, 3
+                  s(:, component(k, j)) = s(:, component(k, j)) + v(:, j)
+               end do
+               s(:, k) = s(:, k) + v(:, k)
+               both = factor*(5.0_wp/3.0_wp*of_l*mean - 2.0_wp/3.0_wp*v(:, k)) + bulk*of_l
+            end associate
+            do c = 1, 6
+               slope(:, 6*(3*l - 3 + k) - 6 + c) = factor*s(:, c)
+               if (c <= 3) slope(:, 6*(3*l - 3 + k) - 6 + c) = slope(:, 6*(3*l - 3 + k) - 6 + c) + both
+            end do
+         end do
+      end do
+   end subroutine slopes
 
    !> v <- v + dt L v. Here, and not taken from another module: only so it is put into the loop.
    pure elemental subroutine push(dt, l11, l21, l31, l12, l22, l32, l13, l23, l33, x, y, z)

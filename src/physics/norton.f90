@@ -32,6 +32,7 @@ module m_norton
       procedure :: variables
       procedure :: declare
       procedure :: flow
+      procedure :: goes_on
       procedure, private :: relax
       procedure, private :: relax_all
       procedure, private :: rate_of
@@ -84,6 +85,11 @@ contains
       call table%declare('primary_creep_strain', 1, '1', written=.false.)
       self%primary = table%column('primary_creep_strain')
    end subroutine declare
+
+   pure logical function goes_on(self)
+      class(norton_t), intent(in) :: self
+      goes_on = .true.
+   end function goes_on
 
    !> Creep takes its share of the deviator first; what is left above the yield stress flows as in j2. The
    !> work of creep is that of the mean of the stresses before and after the step (theory.md, eq. creep-work).

@@ -1,6 +1,6 @@
-!> A law in a library of its owner's, called for many particles at once in the corotational frame (theory.md,
-!> eq. corotational): what the interfaces share. An interface extends user_law_t and says how the law is
-!> found and called (vumat.f90, c_law.f90).
+!> A law in a library of its owner's, called for many particles at once, in the corotational frame or in that
+!> of the grid (theory.md, eqs corotational, fixed-frame): what the interfaces share. An interface extends
+!> user_law_t and says how the law is found and called (vumat.f90, c_law.f90, umat.f90).
 module m_user_law
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_value, ieee_quiet_nan
    use m_kinds, only: wp
@@ -10,11 +10,11 @@ module m_user_law
    use m_field_table, only: field_table_t, layout_t
    use m_material, only: material_t
    use m_corotation, only: split_gradient, into_frame, out_of_frame, relative_spin, &
-      advance_gradient
+      advance_gradient, turn_by
    use m_tangent, only: tangent_t
    implicit none
    private
-   public :: user_law_t, points_t
+   public :: user_law_t, points_t, room_for, tensor_place, matrix_place
 
    integer, parameter :: lanes = 128 !< particles of a call; laws may have work arrays of maxblk = 136
    integer, parameter :: longest_name = 1024, most_states = 200
@@ -23,7 +23,7 @@ module m_user_law
 
    !> What a call gets and gives, of n particles. Tensors are xx yy zz xy yz xz (shear is that of the tensor,
    !> half the engineering one), matrices 11 22 33 12 23 31 21 32 13; all are in the corotational frame but
-   !> `deformation`. Old: at the beginning of the step.
+   !> `deformation`, or all in that of the grid. Old: at the beginning of the step.
    type :: points_t
       integer :: count = 0
       real(wp) :: time = 0.0_wp, time_step = 0.0_wp !< time at the step's end, s
@@ -32,12 +32,16 @@ module m_user_law
       real(wp), allocatable :: density(:)           !< half way through the step, kg/m3
       real(wp), allocatable :: strain(:, :)         !< (n, 6) increment
       real(wp), allocatable :: spin(:, :)           !< (n, 3) turn of the material beyond that of the frame
+      real(wp), allocatable :: total(:, :)          !< (n, 6) sum of the strains before, turned along
       real(wp), allocatable :: stretch_old(:, :), stretch(:, :)         !< (n, 6), U of F = R U
       real(wp), allocatable :: deformation_old(:, :), deformation(:, :) !< (n, 9), F
       real(wp), allocatable :: stress_old(:, :), stress(:, :)           !< (n, 6), Pa
       real(wp), allocatable :: state_old(:, :), state(:, :)             !< (n, states)
       real(wp), allocatable :: energy_old(:), energy(:)   !< per mass: work of the stress, J/kg
       real(wp), allocatable :: inelastic_old(:), inelastic(:) !< what of it was dissipated, J/kg
+      real(wp), allocatable :: share(:)             !< below 1: the step that the law wants, of this one
+      real(wp), allocatable :: moduli(:, :)         !< (n, 36) d stress/d strain, column by column, of a law
+                                                    !< that gives them, in its own order, Pa
    end type points_t
 
    type, abstract, extends(material_t) :: user_law_t
@@ -48,7 +52,9 @@ module m_user_law
       real(wp) :: wave_modulus = 0.0_wp         !< of the fastest wave, Pa; 0: by a probe of the law
       type(tangent_t) :: tangent                !< of the unstrained law
       real(wp) :: modulus = 0.0_wp              !< that of the two which counts, Pa
-      integer :: mass = 0, energy = 0, inelastic = 0, age = 0 !< columns
+      logical :: turns = .true.                 !< the frame turns with the material; else it is the grid's,
+                                                !< strains are summed, and moduli given
+      integer :: mass = 0, energy = 0, inelastic = 0, age = 0, total = 0, share = 0 !< columns
       integer, allocatable :: sdv(:)            !< column of each state variable
    contains
       procedure :: variables
@@ -64,6 +70,7 @@ module m_user_law
       procedure :: for_large_strains
       procedure, private :: probe
       procedure, private :: advance
+      procedure, non_overridable :: fill_points
       procedure(load_interface), deferred :: load
       procedure(evaluate_interface), deferred :: evaluate
    end type user_law_t
@@ -132,6 +139,12 @@ contains
       self%energy = table%column('law_energy')
       self%inelastic = table%column('law_dissipation')
       self%age = table%column('law_time')
+      if (.not. self%turns) then
+         call table%declare('law_strain', 6, '1', written=.false.)
+         call table%declare('law_step', 1, '1', written=.false.)
+         self%total = table%column('law_strain')
+         self%share = table%column('law_step')
+      end if
       if (allocated(self%sdv)) deallocate (self%sdv)
       allocate (self%sdv(self%states))
       do k = 1, self%states
@@ -172,7 +185,7 @@ contains
       end do
    end subroutine update
 
-   !> One call of the law: from the particles' columns into its frame and back.
+   !> One call of the law, in its frame and back. A law that wants a smaller step gives no stress.
    pure subroutine advance(self, column, layout, gradient, time_step, first, last)
       class(user_law_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -180,30 +193,14 @@ contains
       real(wp), intent(in), contiguous :: gradient(:, :)
       real(wp), intent(in) :: time_step
       integer, intent(in) :: first, last
-      real(wp) :: r_old(last - first + 1, 9), r(last - first + 1, 9), tensor(last - first + 1, 6)
-      real(wp) :: half(last - first + 1)
+      real(wp) :: r(last - first + 1, 9), tensor(last - first + 1, 6)
       type(points_t) :: points
-      integer :: k, n
-      n = last - first + 1
-      points = room_for(n, self%states)
-      points%time = column(first, self%age) + time_step
-      points%time_step = time_step
-      call follow(n, time_step, gradient(first:last, :), &
-                  column(first:last, layout%deformation:layout%deformation + 8), points, r_old, r, half)
-      if (layout%position > 0) points%place = column(first:last, layout%position:layout%position + 2)
-      points%size = column(first:last, layout%volume)**(1.0_wp/3.0_wp)
-      points%density = column(first:last, layout%mass)/(column(first:last, layout%volume)*half)
-      tensor = column(first:last, layout%stress:layout%stress + 5)
-      call into_frame(n, r_old, tensor)
-      call place_tensor(n, tensor, points%stress_old)
-      do k = 1, self%states
-         points%state_old(:, k) = column(first:last, self%sdv(k))
-      end do
-      points%energy_old = column(first:last, self%energy)
-      points%inelastic_old = column(first:last, self%inelastic)
+      integer :: k
+      call self%fill_points(column, layout, gradient, time_step, first, last, points, r)
       call ask(self, points)
+      column(first:last, layout%deformation:layout%deformation + 8) = points%deformation(:, matrix_place)
       tensor = points%stress(:, tensor_place)
-      call out_of_frame(n, r, tensor)
+      if (self%turns) call out_of_frame(size(r, 1), r, tensor)
       column(first:last, layout%stress:layout%stress + 5) = tensor
       do k = 1, self%states
          column(first:last, self%sdv(k)) = points%state(:, k)
@@ -211,7 +208,55 @@ contains
       column(first:last, self%energy) = points%energy
       column(first:last, self%inelastic) = points%inelastic
       column(first:last, self%age) = column(first:last, self%age) + time_step
+      if (self%turns) return
+      column(first:last, self%total:self%total + 5) = points%total(:, tensor_place) &
+                                                      + points%strain(:, tensor_place)
+      column(first:last, self%share) = points%share
+      where (points%share < 1.0_wp) column(first:last, layout%stress) = ieee_value(1.0_wp, ieee_quiet_nan)
    end subroutine advance
+
+   !> What a call gets, of particles first..last; and the frame of the step's end.
+   pure subroutine fill_points(self, column, layout, gradient, time_step, first, last, points, r)
+      class(user_law_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in), contiguous :: gradient(:, :)
+      real(wp), intent(in) :: time_step
+      integer, intent(in) :: first, last
+      type(points_t), intent(out) :: points
+      real(wp), intent(out) :: r(last - first + 1, 9)
+      real(wp) :: f(last - first + 1, 9), r_old(last - first + 1, 9), tensor(last - first + 1, 6), &
+                  half(last - first + 1)
+      integer :: k, n
+      n = last - first + 1
+      points = room_for(n, self%states, .not. self%turns)
+      points%time = column(first, self%age) + time_step
+      points%time_step = time_step
+      f = column(first:last, layout%deformation:layout%deformation + 8)
+      if (self%turns) then
+         call follow(n, time_step, gradient(first:last, :), f, points, r_old, r, half)
+      else
+         call follow_unturned(n, time_step, gradient(first:last, :), f, points, half)
+         tensor = column(first:last, self%total:self%total + 5)
+         call turn_by(n, points%spin, tensor)
+         call place_tensor(n, tensor, points%total)
+      end if
+      if (layout%position > 0) points%place = column(first:last, layout%position:layout%position + 2)
+      points%size = column(first:last, layout%volume)**(1.0_wp/3.0_wp)
+      points%density = column(first:last, layout%mass)/(column(first:last, layout%volume)*half)
+      tensor = column(first:last, layout%stress:layout%stress + 5)
+      if (self%turns) then
+         call into_frame(n, r_old, tensor)
+      else
+         call turn_by(n, points%spin, tensor)
+      end if
+      call place_tensor(n, tensor, points%stress_old)
+      do k = 1, self%states
+         points%state_old(:, k) = column(first:last, self%sdv(k))
+      end do
+      points%energy_old = column(first:last, self%energy)
+      points%inelastic_old = column(first:last, self%inelastic)
+   end subroutine fill_points
 
    !> Let the law answer. What it leaves alone stays as it was, but the energy, which then is the work of the
    !> stress. A state that is not a number makes the stress so, which the step complains of.
@@ -237,8 +282,9 @@ contains
    end subroutine ask
 
    !> Room for n particles.
-   pure type(points_t) function room_for(n, states) result(points)
+   pure type(points_t) function room_for(n, states, moduli) result(points)
       integer, intent(in) :: n, states
+      logical, intent(in) :: moduli !< and for what a law in the frame of the grid has
       points%count = n
       allocate (points%place(n, 3), points%size(n), points%density(n), points%strain(n, 6), &
                 points%spin(n, 3), points%stretch_old(n, 6), points%stretch(n, 6), &
@@ -246,34 +292,46 @@ contains
                 points%stress(n, 6), points%state_old(n, states), points%state(n, states), &
                 points%energy_old(n), points%energy(n), points%inelastic_old(n), points%inelastic(n), &
                 source=0.0_wp)
+      if (.not. moduli) return
+      allocate (points%share(n), source=1.0_wp)
+      allocate (points%total(n, 6), points%moduli(n, 36), source=0.0_wp)
    end function room_for
 
    !> F and its parts before and after the step, and the increments of strain and turn of eq. elastic in the
    !> frame at the step's end.
-   pure subroutine follow(n, dt, gradient, f, points, r_old, r, half)
+   pure subroutine follow(n, dt, gradient, before, points, r_old, r, half)
       integer, intent(in) :: n
-      real(wp), intent(in) :: dt, gradient(n, 9)
-      real(wp), intent(inout) :: f(n, 9)
+      real(wp), intent(in) :: dt, gradient(n, 9), before(n, 9)
       type(points_t), intent(inout) :: points
       real(wp), intent(out) :: r_old(n, 9), r(n, 9)
       real(wp), intent(out) :: half(n) !< det(I + A/2)
-      real(wp) :: tensor(n, 6)
-      integer :: c
-      do c = 1, 9
-         points%deformation_old(:, matrix_place(c)) = f(:, c)
-      end do
+      real(wp) :: tensor(n, 6), f(n, 9)
+      f = before
+      points%deformation_old(:, matrix_place) = f
       call split_gradient(n, f, r_old, tensor)
       call place_tensor(n, tensor, points%stretch_old)
       call advance_gradient(n, dt, gradient, f, tensor, points%spin, half)
-      do c = 1, 9
-         points%deformation(:, matrix_place(c)) = f(:, c)
-      end do
+      points%deformation(:, matrix_place) = f
       call split_gradient(n, f, r, points%strain) ! it has the stretch until the next line
       call place_tensor(n, points%strain, points%stretch)
       call into_frame(n, r, tensor)
       call place_tensor(n, tensor, points%strain)
       call relative_spin(n, r_old, r, points%spin)
    end subroutine follow
+
+   !> The same in the frame of the grid, without the parts of F.
+   pure subroutine follow_unturned(n, dt, gradient, before, points, half)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: dt, gradient(n, 9), before(n, 9)
+      type(points_t), intent(inout) :: points
+      real(wp), intent(out) :: half(n)
+      real(wp) :: tensor(n, 6), f(n, 9)
+      f = before
+      points%deformation_old(:, matrix_place) = f
+      call advance_gradient(n, dt, gradient, f, tensor, points%spin, half)
+      points%deformation(:, matrix_place) = f
+      call place_tensor(n, tensor, points%strain)
+   end subroutine follow_unturned
 
    !> xx yy zz yz xz xy in the order of a call.
    pure subroutine place_tensor(n, tensor, there)
@@ -296,7 +354,7 @@ contains
       real(wp) :: answer(6, 12)
       integer :: call_number, k
       do call_number = 1, 2
-         points = room_for(12, self%states)
+         points = room_for(12, self%states, .not. self%turns)
          points%time_step = probe_step
          points%density = self%density
          points%size = 1.0_wp
@@ -319,6 +377,10 @@ contains
             return
          end if
       end do
+      if (.not. self%turns) then
+         if (.not. all(abs(points%moduli(:, 1)) > 0.0_wp)) call group%refuse('library', &
+            'the law leaves DDSDDE(1,1) at 0 at the start; allowed: a law that gives its moduli there')
+      end if
       answer = transpose(points%stress(:, tensor_place))/probe_strain
       self%modulus = 0.0_wp
       do k = 1, 2 ! a law may be stiffer on one side

@@ -12,7 +12,7 @@ module m_equilibrium
    private
    public :: equilibrium_t
 
-   integer, parameter, public :: found = 0, no_convergence = 1, turned = 2, too_far = 3
+   integer, parameter, public :: found = 0, no_convergence = 1, turned = 2, too_far = 3, too_long = 4
 
    !> How an equilibrium was looked for, and what became of it.
    type :: equilibrium_t
@@ -22,6 +22,7 @@ module m_equilibrium
       real(wp), allocatable :: left(:)  !< forces on them that nothing balances, N
       type(verdict_t) :: verdict        !< of the last trial, of this rank
       integer :: outcome = no_convergence
+      logical :: too_long = .false.     !< a law wants a smaller step, of the last trial of any rank
       integer :: newton = 0             !< iterations of this step
       character(len=:), allocatable :: log !< a line an iteration, where wanted
       logical :: wants_log = .false.
@@ -52,7 +53,7 @@ contains
       integer :: best_at, n
       logical :: there
       associate (system => self%system, unknowns => self%system%size())
-         cell = system%model%levels(1)%grid%cell
+         cell = system%model%levels(size(system%levels))%grid%cell
          if (allocated(self%z)) deallocate (self%z, self%left)
          allocate (self%z(unknowns), self%left(unknowns), source=0.0_wp)
          allocate (force(unknowns), change(unknowns), pressing(system%contact%count), &
@@ -83,7 +84,7 @@ contains
             gap = self%worst_gap()/cell
             if (self%wants_log) call self%say(residual, gap)
             if (.not. self%is_sound()) then
-               self%outcome = turned
+               self%outcome = merge(too_long, turned, self%too_long)
                return
             end if
             if (residual <= tolerance*system%scale .and. gap <= closed .and. self%newton > 0) then
@@ -116,13 +117,19 @@ contains
       worst_gap = self%system%model%communicator%maximum(worst_gap)
    end function worst_gap
 
-   !> Collective: no particle is turned inside out or nearly, and all stresses are numbers.
+   !> Collective: no particle is turned inside out or nearly, all stresses are numbers, and no law wants a
+   !> smaller step.
    logical function is_sound(self)
-      class(equilibrium_t), intent(in) :: self
+      class(equilibrium_t), intent(inout) :: self
+      real(wp) :: worst
       logical :: sound
       sound = self%verdict%smallest > least_determinant .and. self%verdict%finite &
               .and. self%verdict%largest <= largest_gradient
-      is_sound = self%system%model%communicator%minimum(merge(1.0_wp, 0.0_wp, sound)) > 0.5_wp
+      worst = merge(1.0_wp, 0.0_wp, sound)
+      if (self%verdict%too_long) worst = -1.0_wp
+      worst = self%system%model%communicator%minimum(worst)
+      is_sound = worst > 0.5_wp
+      self%too_long = worst < -0.5_wp
    end function is_sound
 
    !> Collective: go along a change: not so far that a gradient grows too much, nor beyond where the energy of
@@ -145,6 +152,7 @@ contains
             self%z = from + length*change
             call system%evaluate(self%z, force, self%verdict)
             if (.not. self%is_sound()) then
+               if (self%too_long) exit
                length = 0.5_wp*(low + length)
                cycle
             end if

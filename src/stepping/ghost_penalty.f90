@@ -67,9 +67,10 @@ contains
 
    !> Then: cells at the surface, or with no more than one particle, each told by one block, in place of what
    !> the tiles hold. Sums over tiles follow.
-   subroutine find_edges(self, level, tiles)
+   subroutine find_edges(self, level, tiles, finer)
       class(ghost_penalty_t), intent(inout) :: self
       type(level_t), intent(in) :: level
+      type(level_t), intent(in), optional :: finer !< the next one
       real(wp), intent(inout), contiguous :: tiles(:, 0:, 0:, 0:, :)
       integer :: axis, b, i, j, k, side, next(3)
       logical :: bare
@@ -92,7 +93,7 @@ contains
                         do side = -1, 1, 2
                            next = [i, j, k]
                            next(axis) = next(axis) + side
-                           if (is_behind_side(level, b, next, axis)) cycle
+                           if (is_elsewhere(level, tile_node(level, b, next), axis, finer)) cycle
                            if (any(next < 0 .or. next > tile_last)) then
                               bare = .true.
                            else
@@ -109,16 +110,20 @@ contains
       end do
    end subroutine find_edges
 
-   !> True of a cell beyond a side of the grid that is not free: what is there is no surface.
-   pure logical function is_behind_side(level, b, cell, axis) result(behind)
+   !> True of a cell beyond a side of the grid that is not free, or that another level has: what is there is
+   !> no surface.
+   pure logical function is_elsewhere(level, cell, axis, finer) result(elsewhere)
       type(level_t), intent(in) :: level
-      integer, intent(in) :: b, cell(3), axis
-      integer :: node(3)
-      node = tile_node(level, b, cell)
-      behind = node(axis) < 0 .and. level%grid%boundary(1, axis) /= boundary_free
-      behind = behind .or. (node(axis) >= level%grid%cells(axis) .and. level%grid%boundary(2, axis) &
-         /= boundary_free)
-   end function is_behind_side
+      integer, intent(in) :: cell(3), axis !< in the level's grid; next to what is asked for
+      type(level_t), intent(in), optional :: finer
+      associate (home => (cell - modulo(cell, 2))/2) ! in the level above
+         elsewhere = cell(axis) < 0 .and. level%grid%boundary(1, axis) /= boundary_free
+         elsewhere = elsewhere .or. (cell(axis) >= level%grid%cells(axis) .and. level%grid%boundary(2, axis) &
+            /= boundary_free)
+         if (level%number > 1) elsewhere = elsewhere .or. .not. level%region%has_all(home, home)
+         if (present(finer)) elsewhere = elsewhere .or. finer%region%has_all(cell, cell)
+      end associate
+   end function is_elsewhere
 
    !> Last: the faces between filled cells of which one is at the surface, node by node; `share` of Young's
    !> modulus times a third of the cell is their stiffness, a quarter of each face to a node.

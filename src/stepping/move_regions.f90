@@ -14,7 +14,7 @@ module m_move_regions
    use m_placing, only: judge_region, smallest_width
    implicit none
    private
-   public :: move_regions, settle_particles
+   public :: move_regions, settle_particles, forget_edge_stress
 
    integer, parameter :: judged_every = 50 !< steps of the coarsest level between two looks at a criterion
 

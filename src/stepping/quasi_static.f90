@@ -8,20 +8,24 @@ module m_quasi_static
    use m_timers
    use m_node_values, only: v_x, v_z
    use m_scene, only: scene_t, quasi_static_spec_t
+   use m_field_table, only: layout_t
+   use m_particle_store, only: particle_store_t
    use m_g2p_boxes, only: motion_t
    use m_pressure, only: pressure_t
-   use m_maxwell, only: maxwell_t
    use m_norton, only: norton_t
    use m_model, only: model_t, bounds_t
    use m_integrator, only: integrator_t
-   use m_complaints, only: particle_text, most_cells_a_step
+   use m_complaints, only: particle_text
    use m_g2p_stage, only: g2p_block, follow_loads
    use m_stress_stage, only: stress_block
    use m_cells_stage, only: cells_block
    use m_advance, only: migrate
    use m_trial_state, only: relaxation, part_of_gradient
-   use m_equilibrium, only: equilibrium_t, found, turned, too_far
+   use m_equilibrium, only: equilibrium_t, found, turned, too_far, too_long
    use m_static_loads, only: find_contact, book_contact
+   use m_static_levels, only: longest_way
+   use m_contact_complaints, only: forbid_contact
+   use m_move_regions, only: move_regions, forget_edge_stress
    use m_static_times, only: next_stop
    implicit none
    private
@@ -35,7 +39,8 @@ module m_quasi_static
       real(wp) :: compliance = 0.01_wp   !< of contact points
       logical :: ahead = .true.          !< explicit steps work ahead
       logical :: creeps = .false.        !< some material goes on by itself
-      real(wp) :: way = 0.0_wp           !< largest component of a particle's in the last step, m
+      real(wp) :: way = 0.0_wp           !< largest component of a particle's or tool's in the last step, in
+                                         !< what it may be
       logical :: failed_before = .false. !< the last step was halved
       character(len=:), allocatable :: told
       integer(i8) :: steps = 0, newton = 0, solves = 0, products = 0, halved = 0
@@ -55,13 +60,12 @@ module m_quasi_static
       procedure, private :: complain
    end type quasi_static_t
 
-   real(wp), parameter :: most_cells = 0.98_wp*most_cells_a_step !< that a node moves in a step
-   real(wp), parameter :: wished_cells = 0.4_wp     !< and what the next one aims at
+   real(wp), parameter :: most_of_way = 0.98_wp !< of what particles of the finest level may go: tools
+   real(wp), parameter :: wished_way = 0.8_wp   !< of what particles may go: what the next step aims at
    real(wp), parameter :: growth = 1.5_wp, least_growth = 0.1_wp
    integer, parameter :: parts_of_creep = 4    !< in which laws that creep take a step
    integer, parameter :: easy = 5              !< Newton iterations up to which the next step is longer
    real(wp), parameter :: smallest_share = 1.0e-3_wp !< of the first step
-   real(wp), parameter :: reach = 1.0_wp       !< cells: no point comes to a tool from further away in a step
 
 contains
 
@@ -79,11 +83,9 @@ contains
       self%told = ''
       self%creeps = .false.
       do m = 1, size(model%materials%slots)
+         self%creeps = self%creeps .or. model%materials%slots(m)%law%goes_on()
          select type (law => model%materials%slots(m)%law)
-         type is (maxwell_t)
-            self%creeps = .true.
          type is (norton_t)
-            self%creeps = .true.
             self%equilibrium%system%parts = parts_of_creep
          end select
       end do
@@ -99,7 +101,7 @@ contains
       class(quasi_static_t), intent(in) :: self
       type(model_t), intent(inout) :: model
       logical, intent(in) :: holds
-      integer :: b, e
+      integer :: b, e, l
       do e = 1, size(model%effects)
          select type (effect => model%effects(e)%effect)
          type is (pressure_t)
@@ -108,21 +110,29 @@ contains
       end do
       model%effect_step%leads = .not. holds
       model%works_ahead = self%ahead .and. .not. holds
-      associate (level => model%levels(1), at => model%levels(1)%layout)
-         do b = 1, size(level%blocks)
-            level%blocks(b)%deposited = 0
-            level%blocks(b)%deposit_of = -1
-            if (holds .or. model%has_inertia .or. level%blocks(b)%particles%count == 0) cycle
-            associate (particles => level%blocks(b)%particles)
-               particles%column(:particles%count, at%velocity:at%velocity + 2) = 0.0_wp
-               if (at%gradient > 0) particles%column(:particles%count, at%gradient:at%gradient + 8) = 0.0_wp
-               call particles%changed()
-            end associate
-         end do
-         level%sums_wait = .false.
-      end associate
+      do l = 1, size(model%levels)
+         associate (level => model%levels(l))
+            do b = 1, size(level%blocks)
+               level%blocks(b)%deposited = 0
+               level%blocks(b)%deposit_of = -1
+               if (holds .or. model%has_inertia) cycle
+               call put_at_rest(level%blocks(b)%particles, level%layout)
+            end do
+            level%sums_wait = .false.
+         end associate
+      end do
+      if (holds .or. .not. model%has_inertia) call forget_edge_stress(model)
       model%has_inertia = .not. holds
    end subroutine change
+
+   pure subroutine put_at_rest(particles, at)
+      type(particle_store_t), intent(inout) :: particles
+      type(layout_t), intent(in) :: at
+      if (particles%count == 0) return
+      particles%column(:particles%count, at%velocity:at%velocity + 2) = 0.0_wp
+      if (at%gradient > 0) particles%column(:particles%count, at%gradient:at%gradient + 8) = 0.0_wp
+      call particles%changed()
+   end subroutine put_at_rest
 
    !> Collective: the step (s) that is to be taken now: as the last ones let it, and so that times at which
    !> something begins or ends, or is to be written, are met.
@@ -131,7 +141,7 @@ contains
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
       real(wp), intent(in) :: share
-      real(wp) :: speed, remaining
+      real(wp) :: most, speed, remaining
       integer :: t
       time_step = share*model%static_step
       if (self%spec%max_step > 0.0_wp) time_step = min(time_step, self%spec%max_step)
@@ -141,8 +151,8 @@ contains
       do t = 1, size(model%contact%tools)
          speed = model%contact%tools(t)%fastest(model%time, model%time + time_step, &
                                                 given=.true.)
-         if (speed*time_step > most_cells*model%levels(1)%grid%cell) &
-            time_step = most_cells*model%levels(1)%grid%cell/speed
+         most = most_of_way*longest_way(model, size(model%levels))
+         if (speed*time_step > most) time_step = most/speed
       end do
       time_step = remaining/max(1_i8, ceiling(min(remaining/time_step - 1.0e-6_wp, 1.0e15_wp), i8))
    end function next_step
@@ -153,14 +163,16 @@ contains
       real(wp), intent(in) :: time_step !< s
       real(wp), intent(in) :: most      !< change of stress, of all of it
       real(wp) :: sizes(2), of_block(2)
-      integer :: b, try
+      integer :: b, l, try
       share = 1.0_wp
       do try = 1, 60
          sizes = 0.0_wp
-         do b = 1, size(model%levels(1)%blocks)
-            of_block = relaxation(model%levels(1)%blocks(b)%particles, model%materials, &
-                                  model%levels(1)%layout, share*time_step)
-            sizes = sizes + of_block
+         do l = 1, size(model%levels)
+            do b = 1, size(model%levels(l)%blocks)
+               of_block = relaxation(model%levels(l)%blocks(b)%particles, model%materials, &
+                                     model%levels(l)%layout, share*time_step)
+               sizes = sizes + of_block
+            end do
          end do
          sizes = [sqrt(model%communicator%sum_real(sizes(1))), sqrt(model%communicator%sum_real(sizes(2)))]
          if (.not. sizes(1) > most*sizes(2)) return
@@ -208,6 +220,7 @@ contains
       select case (outcome)
       case (too_far); text = 'a particle would move too far'
       case (turned); text = 'a particle is strained too far'
+      case (too_long); text = 'a law asks for a smaller step'
       case default; text = 'no convergence'
       end select
    end function reason
@@ -222,8 +235,7 @@ contains
                                                        self%spec%ramp)
       self%equilibrium%system%goes_on = self%equilibrium%system%contact%rubs .and. .not. self%failed_before
       call self%equilibrium%system%begin(model, model%time, time_step, self%spec%stabilisation)
-      call find_contact(self%equilibrium%system%contact, model, reach*model%levels(1)%grid%cell, &
-                        self%compliance)
+      call find_contact(self%equilibrium%system%contact, model, self%compliance)
       call self%equilibrium%solve(self%spec%tolerance)
       self%told = self%told//self%equilibrium%log
       self%newton = self%newton + self%equilibrium%newton
@@ -231,9 +243,9 @@ contains
       self%products = self%products + self%equilibrium%linear%products
       call self%equilibrium%system%set_motion(self%equilibrium%z)
       self%way = max(self%equilibrium%system%farthest(), &
-                     maxval(abs([0.0_wp, self%equilibrium%system%contact%tools%way])))
-      if (self%equilibrium%outcome == found .and. self%way > most_cells_a_step*model%levels(1)%grid%cell) &
-         self%equilibrium%outcome = too_far
+                     maxval(abs([0.0_wp, self%equilibrium%system%contact%tools%way])) &
+                     /longest_way(model, size(model%levels)))
+      if (self%equilibrium%outcome == found .and. self%way > 1.0_wp) self%equilibrium%outcome = too_far
       done = self%equilibrium%outcome == found
    end subroutine attempt
 
@@ -243,49 +255,70 @@ contains
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: time_step !< s
       type(error_t), intent(inout) :: error
-      type(motion_t) :: motion
-      integer :: b
+      integer :: l
       model%bounds = bounds_t()
       model%last_step = 0.0_wp ! places and velocities are of one time
-      associate (level => model%levels(1))
+      call book_contact(self%equilibrium%system%contact, model, time_step)
+      do l = size(model%levels), 1, -1
+         call model%timers%on_level(l)
+         call take_along(model, l, time_step, self%equilibrium%system%parts, error)
+         if (l < size(model%levels)) &
+            call forbid_contact(model%contact%tools, model%levels(l), model%levels(size(model%levels)), error)
+         call migrate(model, l, error)
+         if (error%happened()) return
+      end do
+      model%time = model%time + time_step
+      model%step = model%step + 1
+      self%steps = self%steps + 1
+      call model%timers%on_level(0)
+      if (size(model%levels) == 1) return
+      call model%timers%enter(model%levels_row)
+      call model%prepare_blocks()
+      call move_regions(model, error)
+      call model%timers%leave()
+   end subroutine commit
+
+   !> The particles of a level follow its nodes, which hold the displacements of a step.
+   subroutine take_along(model, l, time_step, parts, error)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, parts
+      real(wp), intent(in) :: time_step !< s
+      type(error_t), intent(inout) :: error
+      type(motion_t) :: motion
+      integer :: b
+      associate (level => model%levels(l))
          motion = motion_t(time_step, 0.0_wp, level%layout%position)
-         call book_contact(self%equilibrium%system%contact, model, time_step)
          do b = 1, size(level%blocks)
             level%nodes(v_x:v_z, :, :, :, b) = level%nodes(v_x:v_z, :, :, :, b)/time_step
             call level%blocks(b)%count_disorder()
-            if (model%effect_step(1)%acts_on_nodes) call model%effect_step(1)%measure(level, b, time_step)
+            if (model%effect_step(l)%acts_on_nodes) call model%effect_step(l)%measure(level, b, time_step)
             if (level%blocks(b)%particles%count > 0) then
-               call g2p_block(model, 1, b, motion, model%time, error)
-               call stress_in_parts(model, b, self%equilibrium%system%parts, time_step, error)
-               call follow_loads(model, 1, b, motion, model%time)
+               call g2p_block(model, l, b, motion, model%time, error)
+               call stress_in_parts(model, l, b, parts, time_step, error)
+               call follow_loads(model, l, b, motion, model%time)
             end if
-            call cells_block(model, 1, b, error)
+            call cells_block(model, l, b, error)
             level%blocks(b)%deposited = 0
          end do
          level%sums_wait = .false.
       end associate
-      call migrate(model, 1, error)
-      if (error%happened()) return
-      model%time = model%time + time_step
-      model%step = model%step + 1
-      self%steps = self%steps + 1
-   end subroutine commit
+   end subroutine take_along
 
    !> Stress, volumes and domains of a block, in as many parts as the laws were asked in.
-   subroutine stress_in_parts(model, b, parts, time_step, error)
+   subroutine stress_in_parts(model, l, b, parts, time_step, error)
       type(model_t), intent(inout) :: model
-      integer, intent(in) :: b, parts
+      integer, intent(in) :: l, b, parts
       real(wp), intent(in) :: time_step !< the whole, s
       type(error_t), intent(inout) :: error
       real(wp), allocatable :: whole(:, :)
       integer :: k, n
-      n = model%levels(1)%blocks(b)%particles%count
-      if (parts > 1) whole = time_step*model%levels(1)%gradient(:n, :)
+      n = model%levels(l)%blocks(b)%particles%count
+      if (parts > 1) whole = time_step*model%levels(l)%gradient(:n, :)
       do k = 1, parts
-         if (k > 1) call part_of_gradient(n, whole, k, parts, time_step, model%levels(1)%gradient)
-         call stress_block(model, 1, b, time_step/parts, error)
+         if (k > 1) call part_of_gradient(n, whole, k, parts, time_step, model%levels(l)%gradient)
+         call stress_block(model, l, b, time_step/parts, error)
       end do
-      if (parts > 1) model%levels(1)%gradient(:n, :) = whole/time_step
+      if (parts > 1) model%levels(l)%gradient(:n, :) = whole/time_step
    end subroutine stress_in_parts
 
    !> The next step: longer where this one was easy, but not so long that particles move too far. One that was
@@ -297,7 +330,7 @@ contains
       real(wp) :: factor, wished
       factor = 1.0_wp
       if (.not. self%failed_before .and. self%equilibrium%newton <= easy) factor = growth
-      if (self%way > 0.0_wp) factor = min(factor, wished_cells*model%levels(1)%grid%cell/self%way)
+      if (self%way > 0.0_wp) factor = min(factor, wished_way/self%way)
       wished = max(factor, least_growth)*time_step
       if (.not. self%failed_before .and. factor >= 1.0_wp) wished = max(wished, model%static_step)
       if (self%spec%max_step > 0.0_wp) wished = min(wished, self%spec%max_step)
@@ -311,30 +344,35 @@ contains
       type(error_t), intent(inout) :: error
       real(wp) :: worst
       logical :: mine
-      integer :: b, n, p
+      integer :: b, l, n, p
       b = 0
       p = 0
       n = 0
-      associate (it => self%equilibrium, nodes => self%equilibrium%system%unknowns)
+      l = 1
+      associate (it => self%equilibrium, nodal => self%equilibrium%system%nodal)
          if (it%outcome == turned) then
             worst = -it%verdict%smallest
+            l = it%verdict%level
             b = it%verdict%block
             p = it%verdict%particle
          else
             worst = maxval([-1.0_wp, abs(it%left)])
             if (size(it%left) > 0) n = maxloc(abs(it%left), dim=1)
-            if (n > 0 .and. n <= nodes%count) then
-               b = nodes%at(5, n)
-               p = nearest_to(model, b, nodes%at(2:4, n))
+            if (n > 0 .and. n <= nodal) then
+               l = findloc(n > it%system%levels%before, .true., dim=1, back=.true.)
+               associate (at => it%system%levels(l)%unknowns%at(:, n - it%system%levels(l)%before))
+                  b = at(5)
+                  p = nearest_to(model, l, b, at(2:4))
+               end associate
             end if
          end if
          mine = worst >= model%communicator%maximum(worst)
-         if (mine .and. n > nodes%count) then
-            call fail(error, exit_numerical, 'tool '//it%system%contact%tools%name_of(n - nodes%count)// &
+         if (mine .and. n > nodal) then
+            call fail(error, exit_numerical, 'tool '//it%system%contact%tools%name_of(n - nodal)// &
                       ': nothing holds it against the loads that push it; move it to where it meets a '// &
                       'body, or give it speeds')
          else if (mine .and. p > 0) then
-            call fail(error, exit_numerical, particle_text(model, 1, b, p)//': no equilibrium with steps '// &
+            call fail(error, exit_numerical, particle_text(model, l, b, p)//': no equilibrium with steps '// &
                       'down to '//si(self%smallest, 's')//', '//reason(it%outcome)// &
                       '; try a smaller step, slower loads, smaller cells, or boundaries and tools '// &
                       'that hold the body')
@@ -346,13 +384,13 @@ contains
    end subroutine complain
 
    !> Particle of block b nearest to a node of its tile; 0: it has none.
-   pure integer function nearest_to(model, b, at) result(p)
+   pure integer function nearest_to(model, l, b, at) result(p)
       type(model_t), intent(in) :: model
-      integer, intent(in) :: b, at(3)
+      integer, intent(in) :: l, b, at(3)
       real(wp) :: place(3)
       integer :: q
-      associate (level => model%levels(1), particles => model%levels(1)%blocks(b)%particles, &
-                 x => model%levels(1)%layout%position)
+      associate (level => model%levels(l), particles => model%levels(l)%blocks(b)%particles, &
+                 x => model%levels(l)%layout%position)
          place = level%blocks(b)%origin + (at - 1)*level%grid%cell
          p = 0
          if (particles%count == 0) return

@@ -148,7 +148,7 @@ contains
       ways = system%ways_of(z)
       do n = 1, system%contact%count
          associate (it => system%contact%list(n))
-            along(:, n) = system%contact%way(n, system%model%levels(1)%nodes) &
+            along(:, n) = system%contact%way(n, system%model%levels(size(system%levels))%nodes) &
                           - system%contact%tools%way_at(it%point%tool, it%place, ways)
          end associate
       end do

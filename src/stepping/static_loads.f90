@@ -1,5 +1,5 @@
-!> Contact of a quasi-static step with the tools of the model: where they go, and what is booked when the step
-!> has its equilibrium.
+!> Contact of a quasi-static step with the tools of the model, on the finest level: where they go, and what is
+!> booked when the step has its equilibrium.
 module m_static_loads
    use m_kinds, only: wp, i8
    use m_vectors, only: cross
@@ -12,16 +12,17 @@ module m_static_loads
    public :: find_contact, book_contact
 
    integer, parameter :: most_looks = 50        !< for where a tool touches
+   real(wp), parameter :: reach = 1.0_wp        !< cells: no point comes to a tool from further away in a step
    real(wp), parameter :: touches = 1.0e-7_wp   !< cells: a tool so near touches
 
 contains
 
    !> Collective: points that the tools, where given speeds bring them by the end of a step, may press. A tool
    !> that a load moves along its axis, and that presses nothing, stands where it just touches at first.
-   subroutine find_contact(contact, model, reach, compliance)
+   subroutine find_contact(contact, model, compliance)
       type(static_contact_t), intent(inout) :: contact
       type(model_t), intent(inout) :: model
-      real(wp), intent(in) :: reach, compliance !< m, 1
+      real(wp), intent(in) :: compliance
       real(wp) :: gap
       integer :: t, try
       contact%rubs = any([(contact%tools%now(t)%spec%friction > 0.0_wp, t=1, size(contact%tools%now))])
@@ -32,11 +33,13 @@ contains
             gap = least_gap(contact, model, t)
             if (gap > 0.5_wp*huge(gap)) exit ! nothing is there
             call contact%tools%shift(t, gap)
-            if (abs(gap) <= touches*model%levels(1)%grid%cell) exit
+            if (abs(gap) <= touches*model%levels(size(model%levels))%grid%cell) exit
          end do
       end do
-      call contact%find(model%levels(1), model%materials, reach, compliance, &
-                        model%contact%candidates%pressure, model%contact%candidates%traction)
+      associate (finest => model%levels(size(model%levels)))
+         call contact%find(finest, model%materials, reach*finest%grid%cell, compliance, &
+                           model%contact%candidates%pressure, model%contact%candidates%traction)
+      end associate
    end subroutine find_contact
 
    !> Collective: true of a tool that pressed something in the last step.
@@ -46,8 +49,8 @@ contains
       integer :: b
       presses = .false.
       associate (at => model%contact%candidates%carried + t - 1)
-         do b = 1, size(model%levels(1)%blocks)
-            associate (particles => model%levels(1)%blocks(b)%particles)
+         do b = 1, size(model%levels(size(model%levels))%blocks)
+            associate (particles => model%levels(size(model%levels))%blocks(b)%particles)
                if (particles%count == 0) cycle
                presses = presses .or. any(abs(particles%column(:particles%count, at)) > 0.0_wp)
             end associate
@@ -64,7 +67,7 @@ contains
       real(wp) :: gap, normal(3), edge, thickness
       integer :: b, p
       least = huge(least)
-      associate (level => model%levels(1))
+      associate (level => model%levels(size(model%levels)))
          do b = 1, size(level%blocks)
             do p = 1, level%blocks(b)%particles%count
                if (contact%tools%now(t)%least_gap(level%blocks(b)%particles%column(p, &
@@ -140,7 +143,7 @@ contains
       type(model_t), intent(inout) :: model
       integer :: b, n, tools
       tools = size(contact%tools%now)
-      associate (level => model%levels(1), at => model%contact%candidates)
+      associate (level => model%levels(size(model%levels)), at => model%contact%candidates)
          do b = 1, size(level%blocks)
             associate (block => level%blocks(b), last => level%blocks(b)%particles%count)
                block%pressed = .false.

@@ -23,7 +23,8 @@ module m_static_nodes
 
 contains
 
-   !> Number the free components of all nodes that have mass: `nodes` of the level hold the sums of P2G.
+   !> Number the free components of all nodes that have mass and do not hang on a coarser level: `nodes` of
+   !> the level hold the sums of P2G.
    subroutine number(self, level)
       class(static_nodes_t), intent(inout) :: self
       type(level_t), intent(in) :: level
@@ -39,6 +40,9 @@ contains
                      if (.not. is_own_node(level, b, [i, j, k])) cycle
                      node = tile_node(level, b, [i, j, k])
                      if (any([(inside(level%grid, axis, node(axis)) /= node(axis), axis=1, 3)])) cycle
+                     if (level%number > 1) then
+                        if (.not. level%region%is_inner(node)) cycle
+                     end if
                      held = held_components(level%grid, node)
                      do axis = 1, 3
                         if (held(axis)) cycle

@@ -5,36 +5,34 @@ module m_static_system
    use mpi_f08
    use m_kinds, only: wp
    use m_timers
-   use m_node_values, only: v_x, a_x, f_x
-   use m_boundary, only: apply_boundary, motion_parity
+   use m_node_values, only: a_x, f_x
+   use m_boundary, only: motion_parity
    use m_migration, only: frame_of
    use m_g2p_boxes, only: fastest_t
    use m_static_transfer, only: p2g_stress, p2g_diagonal
    use m_krylov, only: krylov_operator_t
    use m_static_contact, only: static_contact_t
    use m_model, only: model_t
-   use m_static_nodes, only: static_nodes_t
-   use m_static_tiles, only: put_loads, put_accelerations, read_motion, fold_all, sum_up, take_gradients, &
-                             stiffest
-   use m_trial_state, only: trial_block_t, verdict_t
-   use m_ghost_penalty, only: ghost_penalty_t, mark_cells
+   use m_static_tiles, only: put_loads, put_accelerations, read_motion, take_gradients, stiffest
+   use m_static_levels, only: static_level_t, fit_levels, number_levels, spread, collect, gather_all, &
+                              find_ghost, longest_way
+   use m_trial_state, only: verdict_t
    implicit none
    private
    public :: static_system_t
 
-   !> `model%levels(1)%nodes` hold the displacements that were set last, in the places of velocities.
+   !> The levels' `nodes` hold the displacements that were set last, in the places of velocities. Tools press
+   !> nodes of the finest level.
    type, extends(krylov_operator_t) :: static_system_t
       type(model_t), pointer :: model => null()
-      type(static_nodes_t) :: unknowns
-      type(trial_block_t), allocatable :: trial(:) !< (own blocks)
-      type(ghost_penalty_t) :: ghost
+      type(static_level_t), allocatable :: levels(:)
       type(static_contact_t) :: contact
-      real(wp), allocatable :: forces(:, :, :, :, :) !< tiles as the level's
       real(wp), allocatable :: load(:)               !< (unknowns): of effects at the step's end, N
       real(wp), allocatable :: diagonal(:)           !< (unknowns): of the stiffness, N/m
       real(wp), allocatable :: bare(:)               !< the same without pressed points
       real(wp), allocatable :: guess(:)              !< (unknowns): where Newton's method begins, m
       logical :: goes_on = .false.                   !< that is as in the last step, not at rest
+      integer :: nodal = 0 !< unknowns of nodes, on this rank
       integer :: extra = 0 !< unknowns besides those of nodes: ways of what loads push, on the first rank
       real(wp), allocatable :: work(:, :)            !< (particles of the largest block, 27)
       real(wp), allocatable :: product(:, :)         !< (the same, 9)
@@ -47,7 +45,6 @@ module m_static_system
    contains
       procedure :: begin
       procedure :: hold_loads
-      procedure :: make_ghost
       procedure :: set_motion
       procedure :: evaluate
       procedure :: linearise
@@ -56,6 +53,7 @@ module m_static_system
       procedure :: renew_diagonal
       procedure :: ways_of
       procedure :: size => size_of
+      procedure, private :: resist
       procedure, private :: give_ways
       procedure, private :: total
       procedure :: dot
@@ -76,45 +74,35 @@ contains
       class(static_system_t), intent(inout) :: self
       type(model_t), intent(inout), target :: model
       real(wp), intent(in) :: time, time_step, stabilisation
-      integer :: b, largest
+      integer :: l, largest
       self%model => model
       self%time_step = time_step
       self%product_row = model%timers%row_of('static products')
       self%residual_row = model%timers%row_of('static forces')
-      associate (level => model%levels(1))
-         if (allocated(self%trial)) then
-            if (size(self%trial) /= size(level%blocks)) deallocate (self%trial)
-         end if
-         if (.not. allocated(self%trial)) allocate (self%trial(size(level%blocks)))
-         largest = 1
-         do b = 1, size(level%blocks)
-            self%trial(b)%parts = self%parts
-            call self%trial(b)%fit(level%blocks(b)%particles%count, tangents=.true.)
-            largest = max(largest, level%blocks(b)%particles%count)
-         end do
-         if (allocated(self%work)) then
-            if (size(self%work, 1) < largest) deallocate (self%work, self%product)
-         end if
-         if (.not. allocated(self%work)) allocate (self%work(largest, 27), self%product(largest, 9))
-         if (allocated(self%forces)) then
-            if (size(self%forces, 5) /= size(level%nodes, 5)) deallocate (self%forces)
-         end if
-         if (.not. allocated(self%forces)) allocate (self%forces, mold=level%nodes)
-         self%forces = 0.0_wp
-      end associate
+      call fit_levels(self%levels, model, self%parts, largest)
+      if (allocated(self%work)) then
+         if (size(self%work, 1) < largest) deallocate (self%work, self%product)
+      end if
+      if (.not. allocated(self%work)) allocate (self%work(largest, 27), self%product(largest, 9))
       if (any(model%effect_step%adds_forces) .or. time < self%ramp) then
          call self%hold_loads(time)
-         call model%effect_step(1)%keep_push()
+         do l = 1, size(model%effect_step)
+            call model%effect_step(l)%keep_push()
+         end do
          call self%hold_loads(time + time_step, number=.true.)
-         call model%effect_step(1)%mean_push()
+         do l = 1, size(model%effect_step)
+            call model%effect_step(l)%mean_push()
+         end do
       else
          call self%hold_loads(time + time_step, number=.true.)
       end if
       associate (tools => self%contact%tools)
-         if (self%extra > 0) self%load(self%unknowns%count + 1:) = &
+         if (self%extra > 0) self%load(self%nodal + 1:) = &
             merge(0.0_wp, tools%load, tools%away(tools%tool))
       end associate
-      if (stabilisation > 0.0_wp) call self%make_ghost(stabilisation)
+      if (.not. stabilisation > 0.0_wp) return
+      call model%timers%enter(self%residual_row)
+      call find_ghost(self%levels, model, stabilisation)
    end subroutine begin
 
    !> Collective: forces of effects at a time on the nodes.
@@ -123,30 +111,38 @@ contains
       real(wp), intent(in) :: time
       logical, intent(in), optional :: number !< number the unknowns, and keep the loads
       real(wp), allocatable :: more(:)
+      integer :: l
       if (.not. allocated(self%load)) allocate (self%load(0))
-      associate (model => self%model, level => self%model%levels(1))
+      associate (model => self%model)
          call put_loads(model, time)
          if (present(number)) then
-            call self%unknowns%number(level)
+            self%nodal = number_levels(self%levels, model)
             self%extra = 0
             if (model%communicator%is_root()) self%extra = self%contact%tools%count
             call fit(self%load)
             call fit(self%diagonal)
             call fit(self%bare)
             call fit(self%guess)
-            call self%unknowns%gather(f_x, level%nodes, self%load)
-            if (self%goes_on) call read_motion(self%unknowns, level, self%time_step, self%guess)
+            call gather_all(self%levels, model, f_x, self%load)
+            do l = 1, size(self%levels)
+               associate (mine => self%levels(l))
+                  if (self%goes_on) call read_motion(mine%unknowns, model%levels(l), self%time_step, &
+                                                     self%guess(mine%first():mine%last()))
+               end associate
+            end do
             if (self%goes_on .and. self%extra > 0) &
-               self%guess(self%unknowns%count + 1:) = self%contact%tools%ways_before()
+               self%guess(self%nodal + 1:) = self%contact%tools%ways_before()
          end if
          if (size(model%effect_step(1)%on_nodes) > 0) then
             call put_accelerations(model, time)
             call fit(more)
-            call self%unknowns%gather(a_x, level%nodes, more)
+            call gather_all(self%levels, model, a_x, more)
             if (present(number)) self%load = self%load + more
          end if
          if (.not. time < self%ramp) return
-         call model%effect_step(1)%scale_push(max(0.0_wp, time/self%ramp))
+         do l = 1, size(model%effect_step)
+            call model%effect_step(l)%scale_push(max(0.0_wp, time/self%ramp))
+         end do
          self%load = max(0.0_wp, time/self%ramp)*self%load ! of tools: m_static_tools knows of the ramp
       end associate
    contains
@@ -157,37 +153,11 @@ contains
       end subroutine fit
    end subroutine hold_loads
 
-   !> Collective: the faces that the ghost penalty acts on.
-   subroutine make_ghost(self, share)
-      class(static_system_t), intent(inout) :: self
-      real(wp), intent(in) :: share !< of Young's modulus
-      integer :: b
-      call self%model%timers%enter(self%residual_row)
-      associate (model => self%model, level => self%model%levels(1))
-         self%forces(:, :, :, :, :size(level%blocks)) = 0.0_wp
-         do b = 1, size(level%blocks)
-            call mark_cells(level, model%materials, b, self%forces(:, :, :, :, b))
-         end do
-         call sum_up(self%model, self%forces)
-         call self%ghost%find_edges(level, self%forces)
-         call sum_up(self%model, self%forces)
-         call self%ghost%find_faces(level, self%forces, share)
-      end associate
-   end subroutine make_ghost
-
-   !> Collective: displacements of the unknowns onto all nodes, held and mirrored ones too.
+   !> Collective: displacements of the unknowns onto all nodes, held, mirrored and hanging ones too.
    subroutine set_motion(self, z)
       class(static_system_t), intent(inout) :: self
       real(wp), intent(in) :: z(:) !< m
-      integer :: b
-      associate (model => self%model, level => self%model%levels(1))
-         level%nodes(:, :, :, :, :size(level%blocks)) = 0.0_wp
-         call self%unknowns%scatter(z, v_x, level%nodes)
-         call sum_up(model, level%nodes)
-         do b = 1, size(level%blocks)
-            call apply_boundary(level%grid, level%blocks(b)%place, level%nodes(:, :, :, :, b))
-         end do
-      end associate
+      call spread(self%levels, self%model, z)
    end subroutine set_motion
 
    !> Collective: the forces on the unknowns under displacements, without contact, N; gaps of the points; the
@@ -197,62 +167,68 @@ contains
       real(wp), intent(in) :: z(:)
       real(wp), intent(out) :: force(:)
       type(verdict_t), intent(out) :: verdict !< of this rank
-      integer :: b, c
+      integer :: b, c, l
       real(wp) :: squares
       call self%model%timers%enter(self%residual_row)
       call self%set_motion(z)
       if (self%contact%tools%count > 0) call self%contact%tools%place(self%ways_of(z))
       call self%clear_forces()
       squares = 0.0_wp
-      associate (model => self%model, level => self%model%levels(1))
-         do b = 1, size(level%blocks)
-            associate (block => level%blocks(b), trial => self%trial(b), n => level%blocks(b)%particles%count)
-               if (n == 0) cycle
-               call take_gradients(level, b, trial%gradient)
-               call trial%update(block%particles, model%materials, level%layout, self%time_step, verdict, b)
-               call p2g_stress(block%cells, block%particles%column, level%layout, frame_of(level, block), &
-                               trial%force, self%forces(:, :, :, :, b))
-               do c = 1, 9
-                  squares = squares + sum(trial%force(:n, c)**2 &
-                                          /block%particles%column(:n, level%layout%volume))
-               end do
-            end associate
-         end do
-         call self%ghost%add_forces(level%nodes, -1.0_wp, self%forces)
-         call self%contact%move(level%nodes)
-         call fold_all(level, motion_parity, self%forces)
-         call sum_up(self%model, self%forces)
-         call self%unknowns%gather(f_x, self%forces, force)
-         if (self%extra > 0) force(self%unknowns%count + 1:) = 0.0_wp
+      do l = 1, size(self%levels)
+         associate (model => self%model, level => self%model%levels(l), forces => self%levels(l)%forces)
+            do b = 1, size(level%blocks)
+               associate (block => level%blocks(b), trial => self%levels(l)%trial(b), &
+                          n => level%blocks(b)%particles%count)
+                  if (n == 0) cycle
+                  call take_gradients(level, b, trial%gradient)
+                  call trial%update(block%particles, model%materials, level%layout, self%time_step, verdict, &
+                                    b)
+                  if (verdict%level == 0) verdict%level = l
+                  call p2g_stress(block%cells, block%particles%column, level%layout, frame_of(level, block), &
+                                  trial%force, forces(:, :, :, :, b))
+                  do c = 1, 9
+                     squares = squares + level%grid%cell*sum( &
+                               trial%force(:n, c)**2/block%particles%column(:n, level%layout%volume))
+                  end do
+               end associate
+            end do
+            call self%levels(l)%ghost%add_forces(level%nodes, -1.0_wp, forces)
+         end associate
+      end do
+      associate (model => self%model, finest => self%model%levels(size(self%levels)))
+         call self%contact%move(finest%nodes)
+         call collect(self%levels, model, motion_parity, force)
+         if (self%extra > 0) force(self%nodal + 1:) = 0.0_wp
          force = force + self%load
-         self%scale = max(2.0_wp*sqrt(level%grid%cell*model%communicator%sum_real(squares)), &
-                          no_force*stiffest(model)*level%grid%cell**2)
+         self%scale = max(2.0_wp*sqrt(model%communicator%sum_real(squares)), &
+                          no_force*stiffest(model)*finest%grid%cell**2)
       end associate
    end subroutine evaluate
 
    !> Collective: tangents and diagonal about the displacements that were evaluated last.
    subroutine linearise(self)
       class(static_system_t), intent(inout) :: self
-      integer :: b
+      integer :: b, l
       call self%model%timers%enter(self%residual_row)
       call self%clear_forces()
-      associate (model => self%model, level => self%model%levels(1))
-         do b = 1, size(level%blocks)
-            associate (block => level%blocks(b), trial => self%trial(b), n => level%blocks(b)%particles%count)
-               if (n == 0) cycle
-               call trial%linearise(block%particles, model%materials, level%layout, self%time_step)
-               call trial%diagonal(n, self%work)
-               call p2g_diagonal(block%cells, block%particles%column, level%layout, frame_of(level, block), &
-                                 self%work, self%forces(:, :, :, :, b))
-            end associate
-         end do
-         call self%ghost%add_diagonal(self%forces)
-         call self%contact%curve(level%grid%cell)
-         call fold_all(level, even, self%forces)
-         call sum_up(self%model, self%forces)
-         call self%unknowns%gather(f_x, self%forces, self%bare)
-         if (self%extra > 0) self%bare(self%unknowns%count + 1:) = 0.0_wp
-      end associate
+      do l = 1, size(self%levels)
+         associate (model => self%model, level => self%model%levels(l), forces => self%levels(l)%forces)
+            do b = 1, size(level%blocks)
+               associate (block => level%blocks(b), trial => self%levels(l)%trial(b), &
+                          n => level%blocks(b)%particles%count)
+                  if (n == 0) cycle
+                  call trial%linearise(block%particles, model%materials, level%layout, self%time_step)
+                  call trial%diagonal(n, self%work)
+                  call p2g_diagonal(block%cells, block%particles%column, level%layout, &
+                                    frame_of(level, block), self%work, forces(:, :, :, :, b))
+               end associate
+            end do
+            call self%levels(l)%ghost%add_diagonal(forces)
+         end associate
+      end do
+      call self%contact%curve(self%model%levels(size(self%levels))%grid%cell)
+      call collect(self%levels, self%model, even, self%bare, diagonal=.true.)
+      if (self%extra > 0) self%bare(self%nodal + 1:) = 0.0_wp
    end subroutine linearise
 
    !> Collective: the diagonal with the points that are pressed now.
@@ -261,16 +237,14 @@ contains
       real(wp), dimension(self%contact%tools%count) :: sums, most
       integer :: k
       call self%clear_forces()
-      call self%contact%add_diagonal(self%forces)
-      call fold_all(self%model%levels(1), even, self%forces)
-      call sum_up(self%model, self%forces)
-      call self%unknowns%gather(f_x, self%forces, self%diagonal)
+      call self%contact%add_diagonal(self%levels(size(self%levels))%forces)
+      call collect(self%levels, self%model, even, self%diagonal, diagonal=.true.)
       call self%contact%stiffness_of_ways(sums, most)
       call self%give_ways(sums, self%diagonal)
       self%diagonal = self%diagonal + self%bare
       most = self%total(most)
       do k = 1, self%extra ! what nothing holds but round-off stays where it is
-         associate (own => self%diagonal(self%unknowns%count + k))
+         associate (own => self%diagonal(self%nodal + k))
             if (own <= loose*most(k)) own = most(k)
          end associate
       end do
@@ -280,7 +254,7 @@ contains
    !> Unknowns of this rank.
    pure integer function size_of(self)
       class(static_system_t), intent(in) :: self
-      size_of = self%unknowns%count + self%extra
+      size_of = self%nodal + self%extra
    end function size_of
 
    !> Collective: of values of the unknowns, those of what loads push.
@@ -290,7 +264,7 @@ contains
       real(wp) :: ways(self%contact%tools%count)
       if (size(ways) == 0) return
       ways = 0.0_wp
-      if (self%extra > 0) ways = values(self%unknowns%count + 1:)
+      if (self%extra > 0) ways = values(self%nodal + 1:)
       call MPI_Bcast(ways, size(ways), MPI_DOUBLE_PRECISION, 0, self%model%communicator%comm)
    end function ways_of
 
@@ -302,7 +276,7 @@ contains
       real(wp) :: all_sums(size(sums))
       if (size(sums) == 0) return
       all_sums = self%total(sums)
-      if (self%extra > 0) values(self%unknowns%count + 1:) = all_sums
+      if (self%extra > 0) values(self%nodal + 1:) = all_sums
    end subroutine give_ways
 
    !> Collective: sums over the ranks.
@@ -321,47 +295,59 @@ contains
       class(static_system_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: from(:)
       real(wp), intent(out), contiguous :: to(:)
-      real(wp) :: u(3), f(3), g(3), ways(self%contact%tools%count), sums(self%contact%tools%count)
-      integer :: b, n
+      real(wp) :: sums(self%contact%tools%count)
+      integer :: b, l
       call self%model%timers%enter(self%product_row)
       call self%set_motion(from)
+      call self%clear_forces()
+      do l = 1, size(self%levels)
+         associate (level => self%model%levels(l), forces => self%levels(l)%forces)
+            do b = 1, size(level%blocks)
+               associate (block => level%blocks(b), trial => self%levels(l)%trial(b), &
+                          count => level%blocks(b)%particles%count)
+                  if (count == 0) cycle
+                  call take_gradients(level, b, self%work)
+                  call trial%multiply(count, self%work, self%product)
+                  call p2g_stress(block%cells, block%particles%column, level%layout, frame_of(level, block), &
+                                  self%product, forces(:, :, :, :, b))
+               end associate
+            end do
+            call self%levels(l)%ghost%add_forces(level%nodes, 1.0_wp, forces)
+         end associate
+      end do
+      call self%resist(from, sums)
+      call collect(self%levels, self%model, motion_parity, to)
+      call self%give_ways(sums, to)
+   end subroutine multiply
+
+   !> Collective: add the points' part of a product to the forces, and to what pushes the ways of tools.
+   subroutine resist(self, from, sums)
+      class(static_system_t), intent(inout) :: self
+      real(wp), intent(in) :: from(:)
+      real(wp), intent(out) :: sums(:)
+      real(wp) :: u(3), f(3), g(3), ways(size(sums))
+      integer :: n
       ways = self%ways_of(from)
       sums = 0.0_wp
-      call self%clear_forces()
-      associate (model => self%model, level => self%model%levels(1))
-         do b = 1, size(level%blocks)
-            associate (block => level%blocks(b), trial => self%trial(b), &
-                       count => level%blocks(b)%particles%count)
-               if (count == 0) cycle
-               call take_gradients(level, b, self%work)
-               call trial%multiply(count, self%work, self%product)
-               call p2g_stress(block%cells, block%particles%column, level%layout, frame_of(level, block), &
-                               self%product, self%forces(:, :, :, :, b))
-            end associate
-         end do
-         call self%ghost%add_forces(level%nodes, 1.0_wp, self%forces)
+      associate (finest => self%model%levels(size(self%levels)), tools => self%contact%tools)
          do n = 1, self%contact%count
             associate (it => self%contact%list(n))
                if (.not. ((self%presses .and. it%pressed) .or. it%force > 0.0_wp)) cycle
-               u = self%contact%way(n, level%nodes)
+               u = self%contact%way(n, finest%nodes)
                f = 0.0_wp
                g = 0.0_wp
                if (it%force > 0.0_wp) &
-                  f = -it%force*matmul(it%turning, u - self%contact%tools%slides_at(it%point%tool, ways))
+                  f = -it%force*matmul(it%turning, u - tools%slides_at(it%point%tool, ways))
                if (self%presses .and. it%pressed) &
-                  g = self%contact%resist(n, u - self%contact%tools%way_at(it%point%tool, it%place, ways))
-               call self%contact%tools%push(it%point%tool, it%place, -f, sums, slides_only=.true.)
-               call self%contact%tools%push(it%point%tool, it%place, -g, sums)
+                  g = self%contact%resist(n, u - tools%way_at(it%point%tool, it%place, ways))
+               call tools%push(it%point%tool, it%place, -f, sums, slides_only=.true.)
+               call tools%push(it%point%tool, it%place, -g, sums)
                f = f + g
-               call self%contact%add_force_at(n, f, self%forces)
+               call self%contact%add_force_at(n, f, self%levels(size(self%levels))%forces)
             end associate
          end do
-         call fold_all(level, motion_parity, self%forces)
-         call sum_up(self%model, self%forces)
-         call self%unknowns%gather(f_x, self%forces, to)
-         call self%give_ways(sums, to)
       end associate
-   end subroutine multiply
+   end subroutine resist
 
    !> Collective: what forces of the points do to the unknowns, N.
    subroutine contact_forces(self, pressing, rub, force)
@@ -377,13 +363,11 @@ contains
          associate (it => self%contact%list(n))
             vector = pressing(n)*it%normal + rub(:, n)
             if (.not. any(abs(vector) > 0.0_wp)) cycle
-            call self%contact%add_force_at(n, vector, self%forces)
+            call self%contact%add_force_at(n, vector, self%levels(size(self%levels))%forces)
             call self%contact%tools%push(it%point%tool, it%place, -vector, sums)
          end associate
       end do
-      call fold_all(self%model%levels(1), motion_parity, self%forces)
-      call sum_up(self%model, self%forces)
-      call self%unknowns%gather(f_x, self%forces, force)
+      call collect(self%levels, self%model, motion_parity, force)
       call self%give_ways(sums, force)
    end subroutine contact_forces
 
@@ -391,38 +375,41 @@ contains
    real(wp) function steepest(self, z)
       class(static_system_t), intent(inout) :: self
       real(wp), intent(in) :: z(:) !< m
-      integer :: b
+      integer :: b, l
       call self%set_motion(z)
       steepest = 0.0_wp
-      associate (model => self%model, level => self%model%levels(1))
-         do b = 1, size(level%blocks)
-            associate (block => level%blocks(b), n => level%blocks(b)%particles%count)
-               if (n == 0) cycle
-               call take_gradients(level, b, self%work)
-               steepest = max(steepest, maxval(abs(self%work(:n, :9))))
-            end associate
-         end do
-         steepest = model%communicator%maximum(steepest)
-      end associate
+      do l = 1, size(self%levels)
+         associate (level => self%model%levels(l))
+            do b = 1, size(level%blocks)
+               associate (n => level%blocks(b)%particles%count)
+                  if (n == 0) cycle
+                  call take_gradients(level, b, self%work)
+                  steepest = max(steepest, maxval(abs(self%work(:n, :9))))
+               end associate
+            end do
+         end associate
+      end do
+      steepest = self%model%communicator%maximum(steepest)
    end function steepest
 
-   !> Collective: largest component of the way of a particle, m; the nodes hold the displacements.
+   !> Collective: largest component of the way of a particle, in what those of its level may go in a step; the
+   !> nodes hold the displacements.
    real(wp) function farthest(self)
       class(static_system_t), intent(inout) :: self
       type(fastest_t) :: longest
-      integer :: b
+      integer :: b, l
       farthest = 0.0_wp
-      associate (model => self%model, level => self%model%levels(1))
-         do b = 1, size(level%blocks)
-            associate (block => level%blocks(b))
-               if (block%particles%count == 0) cycle
+      do l = 1, size(self%levels)
+         associate (level => self%model%levels(l))
+            do b = 1, size(level%blocks)
+               if (level%blocks(b)%particles%count == 0) cycle
                longest = fastest_t(0.0_wp)
                call take_gradients(level, b, self%work, longest)
-               farthest = max(farthest, longest%speed)
-            end associate
-         end do
-         farthest = model%communicator%maximum(farthest)
-      end associate
+               farthest = max(farthest, longest%speed/longest_way(self%model, l))
+            end do
+         end associate
+      end do
+      farthest = self%model%communicator%maximum(farthest)
    end function farthest
 
    !> Collective: product of two vectors of unknowns.
@@ -434,7 +421,10 @@ contains
 
    subroutine clear_forces(self)
       class(static_system_t), intent(inout) :: self
-      self%forces(:, :, :, :, :size(self%model%levels(1)%blocks)) = 0.0_wp
+      integer :: l
+      do l = 1, size(self%levels)
+         call self%levels(l)%clear_forces()
+      end do
    end subroutine clear_forces
 
 end module m_static_system

@@ -8,6 +8,7 @@ module m_static_tiles
    use m_boundary, only: fold_symmetry, motion_parity
    use m_node_exchange, only: sum_tiles
    use m_migration, only: frame_of
+   use m_edge, only: clear_covered
    use m_p2g_boxes, only: clear
    use m_g2p_boxes, only: motion_t, fastest_t
    use m_particle_transfer, only: p2g, g2p
@@ -19,44 +20,52 @@ module m_static_tiles
 
 contains
 
-   !> Collective: masses and momenta of the nodes, and the forces on them of effects at a time.
+   !> Collective: masses and momenta of the nodes, and the forces on them of effects at a time; the finest
+   !> level first, for each hands what hanging nodes were given up to the next.
    subroutine put_loads(model, time)
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: time !< s
-      integer :: b
-      call model%timers%enter(phase_p2g)
-      associate (level => model%levels(1))
-         do b = 1, size(level%blocks)
-            call level%update_extents(b, whole=.true.)
-            call clear(level%nodes(:, :, :, :, b))
-            call p2g(level%blocks(b)%cells, level%blocks(b)%particles%column, level%layout, &
-                     frame_of(level, level%blocks(b)), level%nodes(:, :, :, :, b))
-            level%nodes(a_x:a_z, :, :, :, b) = 0.0_wp
-            if (model%effect_step(1)%acts_on_nodes) &
-               call model%effect_step(1)%add_body_forces(model%effects, level, b, time, model%timers)
-         end do
-         call fold_all(level, motion_parity, level%nodes)
-         call model%effect_step(1)%keep_masses(level)
-         call model%timers%enter(phase_exchange)
-         call sum_up(model, level%nodes)
-      end associate
+      integer :: b, l
+      do l = size(model%levels), 1, -1
+         call model%timers%enter(phase_p2g)
+         associate (level => model%levels(l), effects => model%effect_step(l))
+            do b = 1, size(level%blocks)
+               call level%update_extents(b, whole=.true.)
+               call clear(level%nodes(:, :, :, :, b))
+               call p2g(level%blocks(b)%cells, level%blocks(b)%particles%column, level%layout, &
+                        frame_of(level, level%blocks(b)), level%nodes(:, :, :, :, b))
+               level%nodes(a_x:a_z, :, :, :, b) = 0.0_wp
+               if (effects%acts_on_nodes) &
+                  call effects%add_body_forces(model%effects, level, b, time, model%timers)
+            end do
+            call fold_all(level, motion_parity, level%nodes)
+            if (l < size(model%levels)) call model%composite(l + 1)%add_to_parents(level)
+            call effects%keep_masses(level)
+            call model%timers%enter(phase_exchange)
+            call sum_up(model, l, level%nodes)
+            if (l < size(model%levels)) call clear_covered(level, model%levels(l + 1))
+            if (l > 1) call model%composite(l)%restrict(model%communicator, level, 0.0_wp)
+         end associate
+      end do
    end subroutine put_loads
 
    !> The forces of effects that act on nodes as accelerations, in the places of these; nodes have masses.
    subroutine put_accelerations(model, time)
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: time !< s
-      integer :: b, c
-      associate (level => model%levels(1))
-         do b = 1, size(level%blocks)
-            level%nodes(v_x:a_z, :, :, :, b) = 0.0_wp
-            call model%effect_step(1)%change_nodes(model%effects, level, b, time, 0.0_wp, &
-                                                   model%composite(1)%constrained(b), model%timers)
-            do c = a_x, a_z
-               level%nodes(c, :, :, :, b) = level%nodes(c, :, :, :, b)*level%nodes(mass_, :, :, :, b)
+      integer :: b, c, l
+      do l = 1, size(model%levels)
+         associate (level => model%levels(l))
+            do b = 1, size(level%blocks)
+               level%nodes(v_x:a_z, :, :, :, b) = 0.0_wp
+               call model%effect_step(l)%change_nodes(model%effects, level, b, time, 0.0_wp, &
+                                                      model%composite(l)%constrained(b), model%timers)
+               do c = a_x, a_z
+                  level%nodes(c, :, :, :, b) = level%nodes(c, :, :, :, b)*level%nodes(mass_, :, :, :, b)
+               end do
             end do
-         end do
-      end associate
+         end associate
+      end do
    end subroutine put_accelerations
 
    !> What displacements there are in a step if nodes go on as the particles do; after put_loads.
@@ -64,7 +73,7 @@ contains
       type(static_nodes_t), intent(in) :: unknowns
       type(level_t), intent(in) :: level
       real(wp), intent(in) :: time_step !< s
-      real(wp), intent(inout) :: z(:)   !< m
+      real(wp), intent(inout) :: z(:)   !< (unknowns of the level), m
       integer :: n
       call unknowns%gather(v_x, level%nodes, z)
       do n = 1, unknowns%count
@@ -85,13 +94,14 @@ contains
       end do
    end subroutine fold_all
 
-   !> Collective: sums over blocks and ranks.
-   subroutine sum_up(model, tiles)
+   !> Collective: sums over blocks and ranks of tiles of a level.
+   subroutine sum_up(model, l, tiles)
       type(model_t), intent(inout) :: model
+      integer, intent(in) :: l
       real(wp), intent(inout), contiguous :: tiles(:, 0:, 0:, 0:, :)
-      associate (level => model%levels(1))
-         call model%exchange(1)%start(tiles)
-         call model%exchange(1)%wait(tiles)
+      associate (level => model%levels(l))
+         call model%exchange(l)%start(tiles)
+         call model%exchange(l)%wait(tiles)
          call sum_tiles(level%blocks, level%interior_first, tiles)
       end associate
    end subroutine sum_up

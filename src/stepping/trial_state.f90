@@ -7,6 +7,7 @@ module m_trial_state
    use m_field_table, only: layout_t
    use m_particle_store, only: particle_store_t
    use m_materials, only: materials_t
+   use m_closed_tangent, only: closed_tangent
    implicit none
    private
    public :: trial_block_t, verdict_t, relaxation, part_of_gradient
@@ -35,7 +36,9 @@ module m_trial_state
       real(wp) :: smallest = huge(1.0_wp)  !< determinant of I + A
       real(wp) :: largest = 0.0_wp         !< component of A, size
       integer :: block = 0, particle = 0   !< of the smallest determinant
+      integer :: level = 0                 !< the same, which the caller sets where it is 0
       logical :: finite = .true.           !< all stresses are numbers
+      logical :: too_long = .false.        !< a law wants a smaller step
    end type verdict_t
 
 contains
@@ -74,12 +77,14 @@ contains
             last = min(first + lanes - 1, run)
             n = last - first + 1
             call stress_of(self%parts, particles, materials, layout, time_step, first, n, &
-                           self%gradient(first:last, :), self%force(first:last, :), determinant)
+                           self%gradient(first:last, :), self%force(first:last, :), determinant, &
+                           verdict%too_long)
             verdict%largest = max(verdict%largest, maxval(abs(self%gradient(first:last, :))))
             if (.not. all(abs(self%force(first:last, :)) <= huge(1.0_wp))) verdict%finite = .false.
             if (.not. minval(determinant(:n)) >= verdict%smallest) then
                verdict%smallest = minval(determinant(:n))
                verdict%block = b
+               verdict%level = 0
                verdict%particle = first - 1 + minloc(determinant(:n), dim=1)
             end if
             first = last + 1
@@ -87,7 +92,7 @@ contains
       end do
    end subroutine update
 
-   !> The tangents about the gradient as it stands, by differences.
+   !> The tangents about the gradient as it stands: in closed form, where the law has that, or by differences.
    subroutine linearise(self, particles, materials, layout, time_step)
       class(trial_block_t), intent(inout) :: self
       type(particle_store_t), intent(in) :: particles
@@ -96,18 +101,22 @@ contains
       real(wp), intent(in) :: time_step !< s
       real(wp) :: near(lanes, 9), force(lanes, 9), determinant(lanes), span
       integer :: first, last, kl, n, run
+      logical :: known, too_long
       first = 1
       do while (first <= particles%count)
          run = particles%run_end(first)
          do while (first <= run)
             last = min(first + lanes - 1, run)
             n = last - first + 1
-            do kl = 1, 9
+            call closed_tangent(self%parts, particles, materials, layout, time_step, first, n, &
+                                self%gradient(first:last, :), self%force(first:last, :), &
+                                self%tangent(first:last, :), known)
+            do kl = merge(10, 1, known), 9
                near(:n, :) = self%gradient(first:last, :)
                near(:n, kl) = near(:n, kl) + difference
                span = difference
                call stress_of(self%parts, particles, materials, layout, time_step, first, n, near(:n, :), &
-                              force(:n, :), determinant)
+                              force(:n, :), determinant, too_long)
                self%tangent(first:last, 9*kl - 8:9*kl) = (self%force(first:last, :) - force(:n, :))/span
             end do
             first = last + 1
@@ -126,6 +135,7 @@ contains
       real(wp) :: still(lanes, 9), force(lanes, 9), determinant(lanes)
       integer, parameter :: at(9) = [1, 6, 5, 6, 2, 4, 5, 4, 3]
       integer :: c, first, last, n, run
+      logical :: too_long
       sizes = 0.0_wp
       still = 0.0_wp
       first = 1
@@ -135,7 +145,7 @@ contains
             last = min(first + lanes - 1, run)
             n = last - first + 1
             call stress_of(1, particles, materials, layout, time_step, first, n, still(:n, :), &
-                           force(:n, :), determinant)
+                           force(:n, :), determinant, too_long)
             associate (column => particles%column(first:last, :))
                do c = 1, 9
                   sizes(1) = sizes(1) + sum((force(:n, c) + column(:, layout%volume) &
@@ -152,7 +162,7 @@ contains
    !> Minus V P of `count` particles of one body from `first` on: P = sigma cof F, F = I + A. The law gets a
    !> copy of their columns.
    subroutine stress_of(parts, particles, materials, layout, time_step, first, count, gradient, force, &
-                        determinant)
+                        determinant, too_long)
       integer, intent(in) :: parts
       type(particle_store_t), intent(in) :: particles
       type(materials_t), intent(in) :: materials
@@ -162,6 +172,7 @@ contains
       real(wp), intent(in) :: gradient(:, :) !< (count, 9)
       real(wp), intent(out) :: force(:, :)   !< (count, 9)
       real(wp), intent(out) :: determinant(:)
+      logical, intent(inout) :: too_long     !< true where the law wants a smaller step
       real(wp) :: column(count, size(particles%column, 2)), rate(count, 9)
       integer :: k
       column = particles%column(first:first + count - 1, :)
@@ -169,6 +180,7 @@ contains
          do k = 1, parts
             call part_of_gradient(count, gradient, k, parts, time_step, rate)
             call law%update(column, layout, rate, time_step/parts, 1, count)
+            too_long = too_long .or. law%wants_less(column, 1, count)
          end do
       end associate
       call pull_back(count, gradient, particles%column(first:first + count - 1, layout%volume), &

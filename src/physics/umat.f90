@@ -1,0 +1,230 @@
+!> The door for laws written for Abaqus/Standard: the user subroutine UMAT, in a shared library
+!> (doc/developer/vumat.md).
+module m_umat
+   use, intrinsic :: iso_c_binding, only: c_int, c_double, c_char, c_size_t, c_funptr, c_f_procpointer
+   use m_kinds, only: wp
+   use m_vectors, only: cross
+   use m_group_reader, only: group_reader_t
+   use m_dynamic_library, only: find_procedure
+   use m_field_table, only: layout_t
+   use m_user_law, only: user_law_t, points_t, matrix_place
+   implicit none
+   private
+   public :: umat_t
+
+   integer, parameter :: name_size = 80 !< characters of CMNAME
+   integer, parameter :: order(6) = [1, 2, 3, 4, 6, 5] !< 11 22 33 12 13 23 among xx yy zz xy yz xz
+   integer, parameter :: static_step = 2 !< JSTEP(2): general static procedure
+   !> 11 21 31 12 22 32 13 23 33 among xx yy zz xy xz yz
+   integer, parameter :: tensor_of(9) = [1, 4, 5, 4, 2, 6, 5, 6, 3]
+   !> xx yy zz yz xz xy among 11 21 31 12 22 32 13 23 33
+   integer, parameter :: matrix_of(6) = [1, 5, 9, 8, 7, 4]
+
+   abstract interface
+      !> As its manual says; the length of CMNAME comes last, as Fortran compilers hand it over.
+      pure subroutine umat_interface(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, &
+                                     stran, dstran, time, dtime, temp, dtemp, predef, dpred, cmname, ndi, &
+                                     nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, &
+                                     dfgrd0, dfgrd1, noel, npt, layer, kspt, jstep, kinc, &
+                                     cmname_length) bind(c)
+         import :: c_int, c_double, c_char, c_size_t
+         real(c_double), intent(inout) :: stress(*), statev(*), ddsdde(*), sse, spd, scd, rpl, ddsddt(*), &
+                                          drplde(*), drpldt, pnewdt
+         real(c_double), intent(in) :: stran(*), dstran(*), time(*), dtime, temp, dtemp, predef(*), &
+                                       dpred(*), props(*), coords(*), drot(*), celent, dfgrd0(*), dfgrd1(*)
+         character(kind=c_char), intent(in) :: cmname(*)
+         integer(c_int), intent(in) :: ndi, nshr, ntens, nstatv, nprops, noel, npt, layer, kspt, jstep(*), &
+                                       kinc
+         integer(c_size_t), intent(in), value :: cmname_length
+      end subroutine umat_interface
+   end interface
+
+   type, extends(user_law_t) :: umat_t
+      procedure(umat_interface), pointer, nopass, private :: law => null()
+   contains
+      procedure :: load
+      procedure :: evaluate
+      procedure :: slopes
+      procedure :: wants_less
+      procedure :: fault_text
+      procedure :: goes_on
+   end type umat_t
+
+contains
+
+   !> Find `umat_`, as gfortran and Intel's compilers call it.
+   subroutine load(self, group, found)
+      class(umat_t), intent(inout) :: self
+      type(group_reader_t), intent(inout) :: group
+      logical, intent(out) :: found
+      type(c_funptr) :: address
+      procedure(umat_interface), pointer :: law
+      character(len=:), allocatable :: complaint
+      logical :: opened
+      self%turns = .false.
+      call find_procedure(self%library, 'umat_', address, opened, complaint)
+      found = complaint == ''
+      if (found) then
+         call c_f_procpointer(address, law)
+         self%law => law
+      else if (opened) then
+         call group%refuse('library', &
+                           'has no umat_; allowed: a library made by `make vumat FILE=mylaw.f`, '// &
+                           'of a file with a SUBROUTINE UMAT')
+      else
+         call group%refuse('library', 'cannot be opened ('//complaint// &
+                           '); allowed: a library made by `make vumat FILE=mylaw.f`')
+      end if
+   end subroutine load
+
+   !> Point by point, in the frame of the grid: stresses and strains have been turned by the step's rotation
+   !> already. Energies of a call are per present volume; what a law leaves alone stays not written.
+   pure subroutine evaluate(self, points)
+      class(umat_t), intent(in) :: self
+      type(points_t), intent(inout) :: points
+      integer :: p
+      do p = 1, points%count
+         call ask_one(self, points, p)
+      end do
+   end subroutine evaluate
+
+   !> One point.
+   pure subroutine ask_one(self, points, p)
+      class(umat_t), intent(in) :: self
+      type(points_t), intent(inout) :: points
+      integer, intent(in) :: p
+      real(c_double), parameter :: doubled(6) = [1.0_wp, 1.0_wp, 1.0_wp, 2.0_wp, 2.0_wp, 2.0_wp]
+      real(c_double) :: stress(6), moduli(36), sse, spd, scd, rpl, by_heat(6), heat(6), heat_slope, share
+      real(c_double) :: state(max(1, self%states)), props(max(1, size(self%constants))), begins(2)
+      real(c_double) :: stored
+      character(kind=c_char) :: cmname(name_size)
+      integer :: i
+      props(:size(self%constants)) = self%constants
+      cmname = ' '
+      do i = 1, len(self%label) ! in capitals
+         cmname(i) = self%label(i:i)
+         if (llt('`', cmname(i)) .and. llt(cmname(i), '{')) cmname(i) = achar(iachar(cmname(i)) - 32)
+      end do
+      stress = points%stress(p, order)
+      state(:self%states) = points%state(p, :)
+      moduli = 0.0_wp
+      by_heat = 0.0_wp
+      heat = 0.0_wp
+      rpl = 0.0_wp
+      heat_slope = 0.0_wp
+      share = 1.0_wp
+      begins = points%time - points%time_step ! of this step, and of all
+      stored = points%density(p)*(points%energy_old(p) - points%inelastic_old(p))
+      sse = stored
+      spd = points%density(p)*points%inelastic_old(p)
+      scd = 0.0_wp
+      call self%law(stress, state, moduli, sse, spd, scd, rpl, by_heat, heat, heat_slope, &
+                    doubled*points%total(p, order), doubled*points%strain(p, order), begins, &
+                    points%time_step, 0.0_wp, 0.0_wp, [0.0_wp], [0.0_wp], cmname, 3, 3, 6, self%states, &
+                    props, size(self%constants), points%place(p, :), turn(points%spin(p, :)), share, &
+                    points%size(p), in_order(points%deformation_old(p, :)), &
+                    in_order(points%deformation(p, :)), p, 1, 1, 1, [1, static_step, 1, 0], &
+                    merge(2, 1, begins(2) > 0.0_wp), int(name_size, c_size_t))
+      points%stress(p, order) = stress
+      points%state(p, :) = state(:self%states)
+      points%moduli(p, :) = moduli
+      points%share(p) = share
+      points%inelastic(p) = (spd + scd)/points%density(p)
+      ! what of the energy the law left alone is the work of the stress
+      if (abs(sse - stored) > 0.0_wp) points%energy(p) = (sse + spd + scd)/points%density(p)
+   end subroutine ask_one
+
+   !> The rotation of Hughes and Winget, column by column.
+   pure function turn(spin) result(r)
+      real(wp), intent(in) :: spin(3)
+      real(wp) :: r(9)
+      real(wp) :: c
+      associate (wx => spin(1), wy => spin(2), wz => spin(3))
+         c = 1.0_wp/(1.0_wp + 0.25_wp*sum(spin**2))
+         r = [1.0_wp - 0.5_wp*c*(wy*wy + wz*wz), c*(0.5_wp*wx*wy + wz), c*(0.5_wp*wx*wz - wy), &
+              c*(0.5_wp*wx*wy - wz), 1.0_wp - 0.5_wp*c*(wx*wx + wz*wz), c*(0.5_wp*wy*wz + wx), &
+              c*(0.5_wp*wx*wz + wy), c*(0.5_wp*wy*wz - wx), 1.0_wp - 0.5_wp*c*(wx*wx + wy*wy)]
+      end associate
+   end function turn
+
+   !> 11 21 31 12 22 32 13 23 33 of 11 22 33 12 23 31 21 32 13.
+   pure function in_order(f) result(matrix)
+      real(wp), intent(in) :: f(9)
+      real(wp) :: matrix(9)
+      matrix = f(matrix_place)
+   end function in_order
+
+   !> By DDSDDE, which is that of Jaumann's rate of Kirchhoff's stress over J: with l = dA F^-1, d and w its
+   !> parts, d sigma = DDSDDE : d - sigma tr d + w sigma - sigma w (theory.md, eq. umat-tangent).
+   pure subroutine slopes(self, column, layout, gradient, parts, time_step, count, slope, known)
+      class(umat_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in), contiguous :: gradient(:, :)
+      integer, intent(in) :: parts, count
+      real(wp), intent(in) :: time_step
+      real(wp), intent(inout), contiguous :: slope(:, :)
+      logical, intent(out) :: known
+      type(points_t) :: points
+      real(wp) :: r(count, 9), s(3, 3), l(3, 3), inverse(3, 3), w(3, 3), strain(6), change(3, 3), flat(9)
+      integer :: kl, p
+      known = parts == 1
+      if (.not. known) return
+      call self%fill_points(column, layout, gradient/time_step, time_step, 1, count, points, r)
+      points%stress = points%stress_old
+      points%state = points%state_old
+      call self%evaluate(points)
+      do p = 1, count
+         s = reshape(points%stress(p, order(tensor_of)), [3, 3])
+         inverse = inverse_of(gradient(p, :))
+         do kl = 1, 9
+            l = 0.0_wp ! dA has a 1 in one place: a row of the inverse in one row
+            l(mod(kl - 1, 3) + 1, :) = inverse((kl - 1)/3 + 1, :)
+            w = 0.5_wp*(l - transpose(l))
+            strain = [l(1, 1), l(2, 2), l(3, 3), l(1, 2) + l(2, 1), l(1, 3) + l(3, 1), l(2, 3) + l(3, 2)]
+            strain = matmul(reshape(points%moduli(p, :), [6, 6]), strain)
+            change = reshape(strain(tensor_of), [3, 3]) - (l(1, 1) + l(2, 2) + l(3, 3))*s + matmul(w, s) &
+                     - matmul(s, w)
+            flat = reshape(change, [9])
+            slope(p, 6*kl - 5:6*kl) = flat(matrix_of)
+         end do
+      end do
+   end subroutine slopes
+
+   !> (I + A)^-1.
+   pure function inverse_of(a) result(inverse)
+      real(wp), intent(in) :: a(9)
+      real(wp) :: inverse(3, 3)
+      real(wp) :: f(3, 3)
+      integer :: i
+      f = reshape(a, [3, 3])
+      do i = 1, 3
+         f(i, i) = f(i, i) + 1.0_wp
+      end do
+      inverse(1, :) = cross(f(:, 2), f(:, 3))
+      inverse(2, :) = cross(f(:, 3), f(:, 1))
+      inverse(3, :) = cross(f(:, 1), f(:, 2))
+      inverse = inverse/dot_product(f(:, 1), inverse(1, :))
+   end function inverse_of
+
+   !> PNEWDT was below 1 in one of the particles.
+   pure logical function wants_less(self, column, first, last)
+      class(umat_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      integer, intent(in) :: first, last
+      wants_less = any(column(first:last, self%share) < 1.0_wp)
+   end function wants_less
+
+   pure function fault_text(self) result(text)
+      class(umat_t), intent(in) :: self
+      character(len=:), allocatable :: text
+      text = ': its UMAT gives a stress that is not a number, or asks for a smaller step (PNEWDT below 1)'
+   end function fault_text
+
+   !> Nobody knows: steps are as if it did.
+   pure logical function goes_on(self)
+      class(umat_t), intent(in) :: self
+      goes_on = .true.
+   end function goes_on
+
+end module m_umat

@@ -1,0 +1,181 @@
+!> The unknowns of an equilibrium on all levels, as one space: what hangs on a coarser level is no unknown,
+!> moves with it, and hands its forces up to it (theory.md, eq. static-levels).
+module m_static_levels
+   use m_kinds, only: wp
+   use m_node_values, only: v_x, f_x
+   use m_boundary, only: apply_boundary
+   use m_static_edges, only: spread_down, set_hanging, hand_up, take_up
+   use m_model, only: model_t
+   use m_complaints, only: most_cells_a_step
+   use m_static_nodes, only: static_nodes_t
+   use m_static_tiles, only: fold_all, sum_up
+   use m_trial_state, only: trial_block_t
+   use m_ghost_penalty, only: ghost_penalty_t, mark_cells
+   implicit none
+   private
+   public :: static_level_t, fit_levels, number_levels, spread, collect, gather_all, find_ghost, longest_way
+
+   !> Unknowns of a level, in a vector of all after those of the coarser levels.
+   type :: static_level_t
+      type(static_nodes_t) :: unknowns
+      integer :: before = 0                          !< unknowns of the coarser levels, on this rank
+      type(trial_block_t), allocatable :: trial(:)   !< (own blocks)
+      type(ghost_penalty_t) :: ghost
+      real(wp), allocatable :: forces(:, :, :, :, :) !< tiles as the level's
+   contains
+      procedure :: first, last
+      procedure :: clear_forces
+   end type static_level_t
+
+   real(wp), parameter :: most_move = 0.44_wp !< of a cell of the coarsest level in a step, where there
+                                               !< are finer ones: blocks are made as far ahead
+
+contains
+
+   !> Room for the particles and tiles of the model; `largest`: particles of a block.
+   subroutine fit_levels(levels, model, parts, largest)
+      type(static_level_t), allocatable, intent(inout) :: levels(:)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: parts !< in which laws take a step
+      integer, intent(out) :: largest
+      integer :: b, l
+      if (.not. allocated(levels)) allocate (levels(size(model%levels)))
+      largest = 1
+      do l = 1, size(levels)
+         associate (level => model%levels(l), mine => levels(l))
+            if (allocated(mine%trial)) then
+               if (size(mine%trial) /= size(level%blocks)) deallocate (mine%trial)
+            end if
+            if (.not. allocated(mine%trial)) allocate (mine%trial(size(level%blocks)))
+            do b = 1, size(level%blocks)
+               mine%trial(b)%parts = parts
+               call mine%trial(b)%fit(level%blocks(b)%particles%count, tangents=.true.)
+               largest = max(largest, level%blocks(b)%particles%count)
+            end do
+            if (allocated(mine%forces)) then
+               if (size(mine%forces, 5) /= size(level%nodes, 5)) deallocate (mine%forces)
+            end if
+            if (.not. allocated(mine%forces)) allocate (mine%forces, mold=level%nodes)
+            mine%forces = 0.0_wp
+         end associate
+      end do
+   end subroutine fit_levels
+
+   !> Number the unknowns of this rank: the nodes hold the sums of P2G.
+   integer function number_levels(levels, model) result(count)
+      type(static_level_t), intent(inout) :: levels(:)
+      type(model_t), intent(in) :: model
+      integer :: l
+      count = 0
+      do l = 1, size(levels)
+         call levels(l)%unknowns%number(model%levels(l))
+         levels(l)%before = count
+         count = count + levels(l)%unknowns%count
+      end do
+   end function number_levels
+
+   !> First unknown of a level in the vector of all.
+   pure integer function first(self)
+      class(static_level_t), intent(in) :: self
+      first = self%before + 1
+   end function first
+
+   !> And the last.
+   pure integer function last(self)
+      class(static_level_t), intent(in) :: self
+      last = self%before + self%unknowns%count
+   end function last
+
+   pure subroutine clear_forces(self)
+      class(static_level_t), intent(inout) :: self
+      self%forces(:, :, :, :, :size(self%trial)) = 0.0_wp
+   end subroutine clear_forces
+
+   !> Collective: displacements of the unknowns onto all nodes of all levels, held, mirrored and hanging ones
+   !> too.
+   subroutine spread(levels, model, z)
+      type(static_level_t), intent(in) :: levels(:)
+      type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: z(:) !< m
+      integer :: b, l
+      do l = 1, size(levels)
+         associate (level => model%levels(l), mine => levels(l))
+            level%nodes(:, :, :, :, :size(level%blocks)) = 0.0_wp
+            call mine%unknowns%scatter(z(mine%first():mine%last()), v_x, level%nodes)
+            call sum_up(model, l, level%nodes)
+            if (l > 1) call set_hanging(model%composite(l), level%nodes)
+            do b = 1, size(level%blocks)
+               call apply_boundary(level%grid, level%blocks(b)%place, level%nodes(:, :, :, :, b))
+            end do
+            if (l < size(levels)) call spread_down(model%composite(l + 1), model%communicator, level%nodes)
+         end associate
+      end do
+   end subroutine spread
+
+   !> Collective: forces in all tiles, each what a block gave, to the unknowns. `diagonal`: they are a
+   !> diagonal of the stiffness.
+   subroutine collect(levels, model, parity, values, diagonal)
+      type(static_level_t), intent(inout) :: levels(:)
+      type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: parity(:, :) !< of mirror images
+      real(wp), intent(inout) :: values(:)
+      logical, intent(in), optional :: diagonal
+      integer :: l
+      do l = size(levels), 1, -1
+         associate (mine => levels(l))
+            call fold_all(model%levels(l), parity, mine%forces)
+            if (l < size(levels)) call take_up(model%composite(l + 1), mine%forces)
+            call sum_up(model, l, mine%forces)
+            if (l > 1) call hand_up(model%composite(l), model%communicator, mine%forces, present(diagonal))
+            call mine%unknowns%gather(f_x, mine%forces, values(mine%first():mine%last()))
+         end associate
+      end do
+   end subroutine collect
+
+   !> Values of the nodes of all levels to the unknowns; `place`: the first of three of a node.
+   pure subroutine gather_all(levels, model, place, values)
+      type(static_level_t), intent(in) :: levels(:)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: place
+      real(wp), intent(inout) :: values(:)
+      integer :: l
+      do l = 1, size(levels)
+         associate (mine => levels(l))
+            call mine%unknowns%gather(place, model%levels(l)%nodes, values(mine%first():mine%last()))
+         end associate
+      end do
+   end subroutine gather_all
+
+   !> Collective: the faces that the ghost penalty acts on.
+   subroutine find_ghost(levels, model, share)
+      type(static_level_t), intent(inout) :: levels(:)
+      type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: share !< of Young's modulus
+      integer :: b, l
+      do l = 1, size(levels)
+         associate (level => model%levels(l), mine => levels(l))
+            call mine%clear_forces()
+            do b = 1, size(level%blocks)
+               call mark_cells(level, model%materials, b, mine%forces(:, :, :, :, b))
+            end do
+            call sum_up(model, l, mine%forces)
+            if (l < size(levels)) then
+               call mine%ghost%find_edges(level, mine%forces, model%levels(l + 1))
+            else
+               call mine%ghost%find_edges(level, mine%forces)
+            end if
+            call sum_up(model, l, mine%forces)
+            call mine%ghost%find_faces(level, mine%forces, share)
+         end associate
+      end do
+   end subroutine find_ghost
+
+   !> How far particles of a level may go in a step, m.
+   pure real(wp) function longest_way(model, l) result(way)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l
+      way = most_cells_a_step*model%levels(l)%grid%cell
+      if (size(model%levels) > 1) way = min(way, most_move*model%levels(1)%grid%cell)
+   end function longest_way
+
+end module m_static_levels
