@@ -5,7 +5,7 @@ module m_probe
    use m_kinds, only: wp, i8
    use m_split, only: id_bits
    use m_model, only: model_t
-   use m_recovered_stress, only: recover_stress_at
+   use m_recovered_at, only: recover_stress_at
    implicit none
    private
    public :: probe_t, choose_particle, read_probe, kinship
