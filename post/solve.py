@@ -47,6 +47,7 @@ SPEEDS = [4.0, 2.0, 1.0, 0.5, 0.25, 0.125]
 STEPS = [1.0, 0.5]
 PILOT = 0.05  # of the budget: a grid that is tried for less is a pilot
 SEARCH = 0.2  # of the budget: the same while the grids show no order; three are made in any case
+PILOTS = 0.4  # of the budget: no further grid is tried that would bring all of them beyond
 ROUNDS = 3
 RATE_FREE = {"elastic", "neo_hookean", "j2", "cubic", "orthotropic", "drucker_prager"}
 
@@ -179,14 +180,13 @@ class Solve:
             begun = time.monotonic()
             if len(self.done) >= 3:
                 errors = self.of_grids()
-                open_still = bool(errors.notes) or errors.trust > max(
-                    self.options.error, errors.total(self.finest(min(self.done)))
-                )
+                total = errors.total(self.finest(min(self.done)))
+                open_still = bool(errors.notes) or errors.trust > max(self.options.error, total)
                 share = SEARCH if open_still else PILOT
-                met = (
-                    not open_still and errors.total(self.finest(min(self.done))) < MARGIN * self.options.error
-                )
-                if met or last[1] * (last[0] / factor) ** 4 > share * self.options.budget:
+                met = total < MARGIN * self.options.error and errors.trust < self.options.error
+                next_one = last[1] * (last[0] / factor) ** 4
+                spent = self.options.budget - self.left()
+                if met or next_one > min(share * self.options.budget, PILOTS * self.options.budget - spent):
                     break
             for levels in range(self.own, -1, -1):
                 try:
@@ -370,7 +370,8 @@ def introduce(solve, errors):
 
 
 def pick(solve, errors):
-    """The cheapest settings that are predicted to meet the target and that the program takes."""
+    """The cheapest settings that are predicted to meet the target and that the program takes; where they do
+    not fit into what is left of the budget, a run that is there already."""
     while True:
         choices = solve.choices(errors)
         cheapest, best = choose(choices, solve.options.error, solve.study.ranks * max(solve.left(), 0.0))
@@ -379,6 +380,10 @@ def pick(solve, errors):
                 return cheapest
             solve.confirm(cheapest.key)
         else:
+            made = [choice for choice in choices if choice.key in solve.done]
+            cheapest_made, _ = choose(made, solve.options.error, 0.0)
+            if cheapest_made:
+                return cheapest_made
             raise Missed(refusal(solve, cheapest, best, min(choice.error for choice in choices)))
 
 
