@@ -49,6 +49,8 @@ PILOT = 0.05  # of the budget: a grid that is tried for less is a pilot
 SEARCH = 0.2  # of the budget: the same while the grids show no order; three are made in any case
 PILOTS = 0.4  # of the budget: no further grid is tried that would bring all of them beyond
 ROUNDS = 3
+ENOUGH = 0.5  # of the target: pilots whose error in space is less end; speed and time step come on top
+SHORT = 0.02  # of the budget: a run that is predicted to take less is not planned before
 RATE_FREE = {"elastic", "neo_hookean", "j2", "cubic", "orthotropic", "drucker_prager"}
 
 
@@ -143,6 +145,11 @@ class Solve:
         if not run.good:
             self.refused.add(key[:2])
             raise Unusable(f"{run.said or 'as the scene is'}: {run.record['fault']}")
+        try:
+            quantities.curve_of(run, self.quantity)
+        except BadSetting as fault:
+            self.refused.add(key[:2])
+            raise Unusable(f"{run.said or 'as the scene is'}: {fault}") from fault
         self.done[key] = run
         return run
 
@@ -183,7 +190,7 @@ class Solve:
                 total = errors.total(self.finest(min(self.done)))
                 open_still = bool(errors.notes) or errors.trust > max(self.options.error, total)
                 share = SEARCH if open_still else PILOT
-                met = total < MARGIN * self.options.error and errors.trust < self.options.error
+                met = max(total, errors.trust) < ENOUGH * self.options.error
                 next_one = last[1] * (last[0] / factor) ** 4
                 spent = self.options.budget - self.left()
                 if met or next_one > min(share * self.options.budget, PILOTS * self.options.budget - spent):
@@ -376,7 +383,8 @@ def pick(solve, errors):
         choices = solve.choices(errors)
         cheapest, best = choose(choices, solve.options.error, solve.study.ranks * max(solve.left(), 0.0))
         if cheapest and cheapest.seconds <= solve.study.ranks * solve.left():
-            if cheapest.key in solve.confirmed or cheapest.key in solve.done:
+            short = cheapest.seconds <= SHORT * solve.study.ranks * solve.options.budget
+            if short or cheapest.key in solve.confirmed or cheapest.key in solve.done:
                 return cheapest
             solve.confirm(cheapest.key)
         else:
@@ -392,7 +400,8 @@ def solve_scene(study, options):
     solve.pilots()
     errors = solve.fit()
     introduce(solve, errors)
-    for attempt in range(ROUNDS):
+    attempts = 0
+    while attempts < ROUNDS:
         choice = pick(solve, errors)
         predicted = choice.seconds / study.ranks
         say(
@@ -400,7 +409,12 @@ def solve_scene(study, options):
             "rank(s), "
             f"{choice.megabytes:.3g} MB predicted (aimed at {100 * MARGIN:.0f} % of what was asked for)"
         )
-        run = solve.run(choice.key)
+        try:
+            run = solve.run(choice.key)
+        except Unusable as fault:
+            say(f"refused    {fault}")
+            continue
+        attempts += 1
         errors = solve.fit()
         record = record_of(solve, errors, choice, run, predicted)
         write_answer(solve, study.directory, choice, record)
