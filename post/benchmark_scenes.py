@@ -34,6 +34,7 @@ class Grid:
     contact: float = 0.0  # finest cells to the radius of the contact at the end, about
     cell: float = finest
     half: bool = False  # half model, for tools of one mirror plane; else a quarter
+    closed: bool = False  # the block's sides are held by symmetry, so that it may be under stress; else free
 
     @property
     def coarsest(self):
@@ -46,12 +47,12 @@ class Grid:
 
     def groups(self):
         big, top = self.coarsest, self.thickness
-        left = -(self.width + 1) * big if self.half else 0.0
-        sides = "'free','free'" if self.half else "'symmetry','free'"
+        far, side = (self.width, "symmetry") if self.closed else (self.width + 1, "free")
+        left, near = (-far * big, side) if self.half else (0.0, "symmetry")
         lines = [
             f"&grid     lower={words((left, 0, 0))}, "
-            f"upper={words(((self.width + 1) * big, (self.width + 1) * big, top + 2 * big))}, "
-            f"cell_size={big:.10g},\n          boundary={sides},'symmetry','free','fixed','free' /"
+            f"upper={words((far * big, far * big, top + 2 * big))}, "
+            f"cell_size={big:.10g},\n          boundary='{near}','{side}','symmetry','{side}','fixed','free' /"
         ]
         for number, (width, depth) in enumerate(self.boxes):
             cell = big / 2**number
@@ -62,12 +63,15 @@ class Grid:
             )
         return lines
 
-    def box(self, material, lower=0.0, upper=None):
+    def box(self, material, lower=0.0, upper=None, stress=0.0):
+        """A block from side to side, under an equal stress (Pa) along both."""
         wide = self.width * self.coarsest
+        stressed = f"stress={stress:.10g},{stress:.10g},4*0, " if stress else ""
         return (
             f"&body     material='{material}', shape='box', "
             f"lower={words((-wide if self.half else 0.0, 0, lower))}, "
-            f"upper={words((wide, wide, self.thickness if upper is None else upper))}, particles_per_cell=8 /"
+            f"upper={words((wide, wide, self.thickness if upper is None else upper))}, "
+            f"{stressed}particles_per_cell=8 /"
         )
 
 

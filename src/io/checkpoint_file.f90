@@ -18,7 +18,7 @@ module m_checkpoint_file
    public :: checkpoint_name, seal_checkpoint, find_checkpoint, remove_checkpoints, remove_parts
 
    integer, parameter, public :: seal_length = 512
-   integer, parameter, public :: checkpoint_format = 8
+   integer, parameter, public :: checkpoint_format = 9
 
    integer, parameter :: digits_of_step = 12
    character(len=*), parameter :: any_checkpoint = 'checkpoint_'//repeat('[0-9]', digits_of_step)//'.h5'

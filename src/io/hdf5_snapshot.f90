@@ -174,6 +174,7 @@ contains
       call file%put_rows(top//'/PointData/id', rows_of_long, [1_i8, snapshot%n_total], where_to, address, &
                          error)
       call file%put_text(top//'/PointData/id', 'unit', pure_number, error)
+      call file%put_integers(top//'/PointData/id', 'first_bits', [snapshot%id_bits], error)
    end subroutine put_ids
 
    !> A field as one table with the names of its components.

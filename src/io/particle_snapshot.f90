@@ -36,6 +36,7 @@ contains
          snapshot%fields(written + 1) = empty_field(field_t('stress_recovered', 'Pa', 6), n)
          call collect_recovered(model, snapshot%fields(written + 1)%values)
          allocate (snapshot%position(n, 3), snapshot%id(n))
+         snapshot%id_bits = levels(1)%layout%id_bits
          call collect(levels, levels(1)%layout%position, snapshot%position)
          written = 0
          do f = 1, size(table%fields)

@@ -3,15 +3,12 @@
 module m_probe
    use mpi_f08
    use m_kinds, only: wp, i8
-   use m_split, only: id_bits
    use m_model, only: model_t
    use m_recovered_at, only: recover_stress_at
    implicit none
    private
    public :: probe_t, choose_particle, read_probe, kinship
 
-   integer, parameter :: way_bits = 14 ! of an id: what stands above its lowest 50 bits
-   integer(i8), parameter :: most_ways = 2_i8**way_bits - 1_i8
 
    !> A probed particle, known by its id.
    type :: probe_t
@@ -91,13 +88,14 @@ contains
       type(model_t), intent(in) :: model
       integer(i8), intent(in) :: id
       integer(i8) :: closest
-      integer :: b, l, p
+      integer :: b, id_bits, l, p
+      id_bits = model%levels(1)%layout%id_bits
       closest = -1
       do l = 1, size(model%levels)
          do b = 1, size(model%levels(l)%blocks)
             associate (particles => model%levels(l)%blocks(b)%particles)
                do p = 1, particles%count
-                  closest = max(closest, kinship(particles%id(p), id))
+                  closest = max(closest, kinship(particles%id(p), id, id_bits))
                end do
             end associate
          end do
@@ -105,20 +103,33 @@ contains
       call MPI_Allreduce(MPI_IN_PLACE, closest, 1, MPI_INTEGER8, MPI_MAX, model%communicator%comm)
       heir = -1
       if (closest < 0) return
-      heir = ior(ibits(id, 0, id_bits), ishft(most_ways - iand(closest, most_ways), id_bits))
+      heir = ior(ibits(id, 0, id_bits), &
+                 ishft(iand(not(closest), most_ways(id_bits)), id_bits))
    end function heir
 
-   !> How near a particle is to a probed one; -1: not of the same first parent. The bits above the lowest 14:
-   !> the number of splits through which both went the same way, 14 where they are the same; those below:
-   !> larger for the smaller id, should there be several.
-   pure integer(i8) function kinship(id, probed)
+   !> How near a particle is to a probed one; -1: not of the same first parent. The bits above those of the
+   !> way: the number of splits through which both went the same way, all where they are the same; those
+   !> below: larger for the smaller id, should there be several.
+   pure integer(i8) function kinship(id, probed, id_bits)
       integer(i8), intent(in) :: id, probed
+      integer, intent(in) :: id_bits !< of the layout
       integer(i8) :: way, common
       kinship = -1
       if (ibits(ieor(id, probed), 0, id_bits) /= 0) return
       way = ishft(id, -id_bits)
-      common = min(14, trailz(ieor(way, ishft(probed, -id_bits))))
-      kinship = ior(ishft(common, way_bits), most_ways - way)
+      common = min(way_bits(id_bits), trailz(ieor(way, ishft(probed, -id_bits))))
+      kinship = ior(ishft(common, way_bits(id_bits)), most_ways(id_bits) - way)
    end function kinship
+
+   !> Bits that tell the way through the splits.
+   pure integer function way_bits(id_bits)
+      integer, intent(in) :: id_bits
+      way_bits = 62 - id_bits
+   end function way_bits
+
+   pure integer(i8) function most_ways(id_bits)
+      integer, intent(in) :: id_bits
+      most_ways = 2_i8**way_bits(id_bits) - 1_i8
+   end function most_ways
 
 end module m_probe

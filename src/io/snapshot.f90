@@ -60,6 +60,7 @@ module m_snapshot
       integer(i8) :: n_total = 0_i8         !< particles of all ranks; 0 is allowed
       real(wp), allocatable :: position(:, :) !< (n_local, 3), m
       integer(i8), allocatable :: id(:)     !< (n_local)
+      integer :: id_bits = 0 !< lowest bits of an id, which the parts of a particle have in common
       type(snapshot_field_t), allocatable :: fields(:)
       integer(i8), allocatable :: run_offset(:) !< (runs)
       integer, allocatable :: run_count(:)  !< (runs)

@@ -8,7 +8,6 @@ module m_merge
    use m_locate, only: bin_of
    use m_migration, only: frame_of, take_out
    use m_materials, only: materials_t
-   use m_split, only: id_bits
    use m_inner_motion, only: inner_motion
    implicit none
    private
@@ -41,7 +40,7 @@ contains
          small = pack([(int(p, i4), p=1, block%particles%count)], &
                       block%particles%column(:block%particles%count, at%refinement) > level%number - 0.5_wp)
          key = [(parent_id(block%particles%id(small(p)), nint(block%particles%column(small(p), &
-               at%generation))), p=1, n)]
+               at%generation)), at%id_bits), p=1, n)]
          small = small(sorted_order(key, block%particles%id(small)))
          allocate (gone(0))
          first = 1
@@ -65,15 +64,15 @@ contains
          integer, intent(in) :: p
          associate (particles => level%blocks(b)%particles)
             parent = parent_id(particles%id(small(p)), nint(particles%column(small(p), &
-                  level%layout%generation)))
+                  level%layout%generation)), level%layout%id_bits)
          end associate
       end function parent
    end subroutine merge_siblings
 
    !> The id of the particle of which one is an eighth: without the bits of its last three generations.
-   pure integer(i8) function parent_id(id, generation)
+   pure integer(i8) function parent_id(id, generation, id_bits)
       integer(i8), intent(in) :: id
-      integer, intent(in) :: generation
+      integer, intent(in) :: generation, id_bits
       integer :: g
       parent_id = id
       do g = generation - 3, generation - 1
@@ -129,7 +128,8 @@ contains
          end if
          lost = lost + energy(1, 8) - energy(9, 9)
          call block%reserve(block%particles%count + 1, level%table%columns)
-         call block%particles%append(values(9, :), parent_id(block%particles%id(eight(1)), generation), body)
+         call block%particles%append(values(9, :), &
+                                     parent_id(block%particles%id(eight(1)), generation, at%id_bits), body)
          block%cells%bin(block%particles%count) = bin_of(values(9, at%position:at%position + 2), &
                                                          frame_of(level, block))
          merged = merged + 1

@@ -12,7 +12,7 @@ module m_transfer
    use m_membership, only: lives_on, may_live_on
    use m_migration, only: migration_t, take_out
    use m_walls, only: keep_inside
-   use m_split, only: split_in_eight, must_split, extents, longest_half_edge, id_bits, most_generations
+   use m_split, only: split_in_eight, must_split, extents, longest_half_edge
    implicit none
    private
    public :: find_changes, change_levels
@@ -186,7 +186,7 @@ contains
             cycle
          end if
          generation = nint(parts(fine%layout%generation, n))
-         if (generation + 3 > most_generations) then
+         if (generation + 3 > fine%layout%most_generations()) then
             associate (x => parts(fine%layout%position:fine%layout%position + 2, n))
                call fail(error, exit_numerical, 'particle '//to_text(ids(n))//' of body '// &
                          to_text(int(body))//' at ('//to_text(x(1))//', '//to_text(x(2))//', '// &
@@ -201,8 +201,8 @@ contains
             call keep_inside(eighths(:, octant), fine%layout, shares, fine%grid)
          end do
          parts = reshape([parts(:, :n - 1), eighths, parts(:, n + 1:)], [size(values), size(ids) + 7])
-         ids = [ids(:n - 1), [(ior(ids(n), ishft(int(octant, i8), id_bits + generation)), octant=0, 7)], &
-                ids(n + 1:)]
+         ids = [ids(:n - 1), [(ior(ids(n), ishft(int(octant, i8), fine%layout%id_bits + generation)), &
+                octant=0, 7)], ids(n + 1:)]
       end do
    contains
       pure logical function splits_here(part)

@@ -1,17 +1,20 @@
 !> Filling bodies with particles: a cubic lattice of particles, those whose centre lies in the shape.
 module m_body
    use m_kinds, only: wp, i4, i8
-   use m_constants, only: block_size
+   use m_constants, only: block_size, exit_input
+   use m_errors, only: error_t, fail
+   use m_text, only: to_text
    use m_scene, only: body_spec_t, fill_share
    use m_grid_level, only: grid_level_t
    use m_level, only: level_t
    use m_block, only: block_t
+   use m_field_table, only: layout_t
    use m_split, only: must_split, octant_of, child_id
    use m_membership, only: lives_on, may_live_on
    use m_cut_cell, only: part_t, may_reach, find_part, cells_of_particle, most_cells
    implicit none
    private
-   public :: lattice_extent, fill_block, count_in_block, expected_count, holds_place
+   public :: first_id, number_ids, lattice_extent, fill_block, count_in_block, expected_count, holds_place
 
    real(wp), parameter :: whole = 1.0e-9_wp !< what lacks so small a share of a cube is one
 
@@ -66,7 +69,7 @@ contains
          associate (birth => births%list(p))
             call initial_values(levels(l), spec, density, birth, values)
             call block%particles%append(values, child_id(id_base + birth%id, birth%octants, &
-                                                         birth%refinement), int(body, i4))
+                                        birth%refinement, levels(l)%layout%id_bits), int(body, i4))
          end associate
       end do
       if (.not. present(cells)) return
@@ -287,6 +290,36 @@ contains
       call find_shape(spec, cell, birth)
       holds_place = birth%volume > 0.0_wp
    end function holds_place
+
+   !> Ids of a body's particles follow this one.
+   pure integer(i8) function first_id(body, layout)
+      integer, intent(in) :: body
+      type(layout_t), intent(in) :: layout
+      first_id = (body - 1)*layout%ids_of_body
+   end function first_id
+
+   !> How ids are shared out: so many to each body, a power of ten, that those of different bodies do not
+   !> meet, and the bits above the last of them to the splits. A fault where these are too few.
+   subroutine number_ids(layout, bodies, cell, splits, error)
+      type(layout_t), intent(inout) :: layout
+      type(body_spec_t), intent(in) :: bodies(:)
+      real(wp), intent(in) :: cell   !< of the coarsest level, m
+      integer, intent(in) :: splits  !< for which there has to be room
+      type(error_t), intent(inout) :: error
+      integer :: body
+      layout%ids_of_body = 1000_i8
+      do body = 1, size(bodies)
+         do while (layout%ids_of_body <= product(lattice_extent(bodies(body), cell)))
+            layout%ids_of_body = 10*layout%ids_of_body
+         end do
+      end do
+      layout%id_bits = bit_size(1_i8) - leadz(size(bodies)*layout%ids_of_body)
+      if (splits > 0 .and. layout%most_generations() < splits) &
+         call fail(error, exit_input, 'the ids of '//to_text(size(bodies))//' bodies of up to '// &
+                   to_text(layout%ids_of_body)//' particles leave room for '// &
+                   to_text(layout%most_generations())//' splits, and levels and domains may need '// &
+                   to_text(splits)//'; try fewer bodies or levels, or larger cells')
+   end subroutine number_ids
 
    !> Places of a body's lattice along each axis. Ids of its particles, from 1, count them along x first, then
    !> y, then z.

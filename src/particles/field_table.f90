@@ -1,6 +1,7 @@
 !> The one table of what a particle carries. A field declared here is allocated, sorted, migrated and written
 !> by the table.
 module m_field_table
+   use m_kinds, only: i8
    implicit none
    private
    public :: field_t, field_table_t, layout_t, shares_t
@@ -49,8 +50,12 @@ module m_field_table
       integer :: damage = 0           !< 1 where a particle has failed: its law makes no tension
       integer :: unseen_heat = 0      !< energy that was taken from motion that nodes do not see
       integer :: next_position = 0 !< position at the end of the step, while the step still needs the old one
+      integer(i8) :: ids_of_body = 10_i8**12 !< ids of body b are those from (b - 1) times this
+      integer :: id_bits = 50 !< ids of particles that were never split are below 2^id_bits; bits from there
+                              !< on tell the way through the splits
    contains
       procedure :: corrects_lag
+      procedure :: most_generations
    end type layout_t
 
    type :: field_table_t
@@ -164,6 +169,12 @@ contains
       layout%unseen_heat = self%column('unseen_heat')
       layout%next_position = self%column('next_position')
    end function layout
+
+   !> Splits that an id has room for: it stays below 2^62.
+   pure integer function most_generations(self)
+      class(layout_t), intent(in) :: self
+      most_generations = 62 - self%id_bits
+   end function most_generations
 
    !> True when, at edges of levels, momenta of particles stand at several times (theory.md, eq. time-levels)
    !> and they carry gradients, which are to stand where the momenta do (eq. lag).

@@ -14,9 +14,6 @@ module m_split
    public :: stuff_t, split_long, split_in_eight, must_split, is_whole, largest_tension, half_edges, &
              fitted_edges, extents, longest_half_edge, octant_of, child_id, longest
 
-   integer, parameter, public :: id_bits = 50 !< ids of particles that were never split are below 2^id_bits
-   integer, parameter, public :: most_generations = 12 !< splits that an id has room for; it stays below 2^62
-
    !> Longest half edge, in cells. One particle a cell begins with 0.5: a body hardly strained is not to be
    !> split.
    real(wp), parameter :: longest = 0.525_wp
@@ -83,7 +80,8 @@ contains
       do p = 1, n
          across = edges_to_split(block%particles, p, layout, cell, stuff(block%particles%body(p)))
          if (.not. any(across)) cycle
-         if (nint(block%particles%column(p, layout%generation)) + count(across) > most_generations) then
+         if (nint(block%particles%column(p, layout%generation)) + count(across) &
+             > layout%most_generations()) then
             worn_out = p
             if (present(parent)) parent = parent(:block%particles%count - n)
             return
@@ -197,9 +195,10 @@ contains
 
    !> Id of a part of a particle: three bits for each split into eight, as if it had been halved along x, y,
    !> z.
-   pure integer(i8) function child_id(id, octants, splits)
+   pure integer(i8) function child_id(id, octants, splits, id_bits)
       integer(i8), intent(in) :: id, octants !< the last split in the lowest three bits
       integer, intent(in) :: splits
+      integer, intent(in) :: id_bits !< of the layout
       integer :: s
       child_id = id
       do s = 1, splits
@@ -353,7 +352,7 @@ contains
       if (layout%gradient > 0) faster = matmul(reshape(values(layout%gradient:layout%gradient + 8), [3, 3]), &
                                                shift)
       generation = nint(values(layout%generation))
-      new_id = ibset(particles%id(p), id_bits + generation)
+      new_id = ibset(particles%id(p), layout%id_bits + generation)
       upper = values
       where (shares%extensive) values = 0.5_wp*values
       if (layout%domain > 0) then

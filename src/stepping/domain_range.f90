@@ -8,10 +8,10 @@ module m_domain_range
    use m_text, only: to_text
    use m_sorting, only: sorted_order
    use m_scene, only: scene_t, domain_fixed, domain_corners, update_usl
-   use m_body, only: lattice_extent
+   use m_body, only: first_id, lattice_extent
    use m_plastic, only: plastic_t
-   use m_split, only: is_whole, largest_tension, id_bits
-   use m_model, only: model_t, first_id
+   use m_split, only: is_whole, largest_tension
+   use m_model, only: model_t
    use m_complaints, only: particle_text
    implicit none
    private
@@ -166,9 +166,9 @@ contains
          order = sorted_order(id, id)
          id = id(order)
          do m = 1, size(listed)
-            if (id(m) >= 2_i8**id_bits) cycle
+            if (id(m) >= 2_i8**model%levels(1)%layout%id_bits) cycle
             body = particles%body(listed(order(m)))
-            place = id(m) - first_id(body) - 1
+            place = id(m) - first_id(body, model%levels(1)%layout) - 1
             step = [1_i8, self%extent(1, body), self%extent(1, body)*self%extent(2, body)]
             do axis = 1, 3
                if (mod(place/step(axis), self%extent(axis, body)) == self%extent(axis, body) - 1) cycle

@@ -11,6 +11,8 @@ module m_model
    use m_scene, only: scene_t, time_spec_t, level_spec_t, update_usl, update_musl, domain_fixed, &
                       domain_stretch, domain_corners
    use m_grid_level, only: make_grid_level
+   use m_body, only: number_ids
+   use m_field_table, only: layout_t
    use m_level, only: level_t
    use m_surface, only: make_surface
    use m_decomposition, only: settle_blocks, blocks_before
@@ -21,7 +23,7 @@ module m_model
    use m_edge, only: has_constrained
    use m_node_exchange, only: node_exchange_t
    use m_migration, only: migration_t
-   use m_split, only: id_bits, stuff_t
+   use m_split, only: stuff_t
    use m_materials, only: materials_t, make_materials
    use m_effect, only: effect_slot_t
    use m_effects, only: make_effects, add_effect
@@ -29,7 +31,7 @@ module m_model
    use m_contact, only: contact_t
    implicit none
    private
-   public :: model_t, add_parents, first_id
+   public :: model_t, add_parents
 
    !> Bounds over all ranks at the end of a step.
    type, public :: bounds_t
@@ -178,12 +180,6 @@ contains
                                 materials%slots(materials%of_body(e))%law%p_wave_modulus()), e=1, &
                                 size(materials%of_body))]
       end associate
-      if ((self%method%domain /= domain_fixed .or. has_levels(scene)) &
-          .and. first_id(size(scene%bodies) + 1) > 2_i8**id_bits) then
-         call fail(error, exit_input, "with levels, or domains other than 'fixed', a scene has at most "// &
-                   to_text(2_i8**id_bits/first_id(2))//' bodies')
-         return
-      end if
       if (.not. allocated(self%effects)) call make_effects(scene, self%effects)
       call make_levels(self, scene)
       call check_nests(self, scene, error)
@@ -203,7 +199,8 @@ contains
       self%contact%followed = self%contact%active() .and. .not. self%has_statics .and. (self%method%affine &
                                                            .or. self%method%stress_update == update_usl)
       allocate (self%lost_in_merging(blocks_before(self%levels, size(self%levels) + 1)), source=0.0_wp)
-      call declare_fields(self)
+      call declare_fields(self, scene, error)
+      if (error%happened()) return
       do l = 1, size(self%levels)
          call self%migration(l)%prepare(communicator, self%levels(l)%table%columns)
       end do
@@ -213,12 +210,6 @@ contains
       call populate(self, scene, error)
    end subroutine build
 
-   !> Ids of different bodies do not meet.
-   pure integer(i8) function first_id(body)
-      integer, intent(in) :: body
-      first_id = int(body - 1, i8)*10_i8**12
-   end function first_id
-
    !> True when a scene has levels besides its grid.
    pure logical function has_levels(scene)
       type(scene_t), intent(in) :: scene
@@ -227,9 +218,13 @@ contains
    end function has_levels
 
    !> The fields that every scene has, and those that materials, effects and choices of the method ask for.
-   subroutine declare_fields(self)
+   subroutine declare_fields(self, scene, error)
       class(model_t), intent(inout) :: self
-      integer :: l, m
+      type(scene_t), intent(in) :: scene
+      type(error_t), intent(inout) :: error
+      integer, parameter :: of_domains = 6 !< splits for which an id has room, besides those for finer levels
+      type(layout_t) :: layout
+      integer :: l, m, splits
       associate (table => self%levels(1)%table)
          call table%declare('position', 3, 'm', written=.true., by_mass=.true.)
          call table%declare('velocity', 3, 'm/s', written=.true., by_mass=.true.)
@@ -259,9 +254,12 @@ contains
             self%effects(m)%columns = table%columns - self%effects(m)%columns
          end do
          if (self%contact%pairs%active()) call self%contact%pairs%declare(table)
+         splits = 3*(size(self%levels) - 1) + merge(0, of_domains, self%method%domain == domain_fixed)
+         layout = table%layout()
+         call number_ids(layout, scene%bodies, self%levels(1)%grid%cell, splits, error)
          do l = 1, size(self%levels)
             self%levels(l)%table = table
-            self%levels(l)%layout = table%layout()
+            self%levels(l)%layout = layout
          end do
       end associate
    end subroutine declare_fields

@@ -5,7 +5,7 @@ submodule (m_model) m_model_filling
    use m_machine, only: free_memory
    use m_node_values, only: node_values, tile_last
    use m_field_table, only: bytes_per_column
-   use m_body, only: fill_block, count_in_block, expected_count
+   use m_body, only: first_id, fill_block, count_in_block, expected_count
    use m_placement, only: work_of, choose_owners
    use m_decomposition, only: set_owners
    use m_block, only: block_t
@@ -94,7 +94,8 @@ contains
                if (self%levels(l)%field_of_body(body) /= block%field) cycle
                filled = block%particles%count
                call fill_block(self%levels, l, block, scene%bodies(body), body, &
-                               scene%materials(scene%bodies(body)%material)%density, first_id(body), cells)
+                               scene%materials(scene%bodies(body)%material)%density, &
+                               first_id(body, self%levels(l)%layout), cells)
                if (block%particles%count == filled) cycle
                associate (law => self%materials%slots(self%materials%of_body(body))%law)
                   call law%initial(block%particles%column, self%levels(l)%layout, filled + 1, &

@@ -10,7 +10,7 @@ module m_splitting
    use m_tool, only: tool_t
    use m_model, only: model_t
    use m_complaints, only: particle_text
-   use m_split, only: split_long, most_generations
+   use m_split, only: split_long
    use m_walls, only: keep_inside
    implicit none
    private
@@ -33,7 +33,7 @@ contains
          call split_long(level%blocks(b), level%table, level%layout, level%grid%cell, model%stuff, splits, &
                          worn_out, parent)
          if (worn_out > 0) call fail(error, exit_numerical, particle_text(model, l, b, worn_out)// &
-                                     ' has been split '//to_text(most_generations)// &
+                                     ' has been split '//to_text(level%layout%most_generations())// &
             ' times and its domain is too long again: the motion is without bound; try a smaller safety', &
             recoverable=.true.)
          if (splits == 0) return

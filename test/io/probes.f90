@@ -10,20 +10,24 @@ program probes
    type(communicator_t) :: comm
    type(assertions_t) :: test
    integer(i8), parameter :: parent = 3000000000042_i8
+   integer, parameter :: id_bits = 50
    integer(i8) :: probed
    call comm%start()
    call test%start(comm, 'probes')
-   probed = child_id(parent, 8_i8*5_i8 + 6_i8, 2) ! octant 5, of it octant 6
-   call test%check(kinship(parent + 1, parent) == -1, 'another parent is no relative')
-   call test%check(kinship(child_id(parent + 1, 5_i8, 1), probed) == -1, 'nor are its parts')
-   call nearer(probed, child_id(parent, 8_i8*5_i8 + 7_i8, 2), 'the particle itself before its sisters')
-   call nearer(child_id(parent, 5_i8, 1), child_id(parent, 4_i8, 1), &
+   probed = child_id(parent, 8_i8*5_i8 + 6_i8, 2, id_bits) ! octant 5, of it octant 6
+   call test%check(kinship(parent + 1, parent, id_bits) == -1, 'another parent is no relative')
+   call test%check(kinship(child_id(parent + 1, 5_i8, 1, id_bits), probed, id_bits) == -1, &
+                   'nor are its parts')
+   call nearer(probed, child_id(parent, 8_i8*5_i8 + 7_i8, 2, id_bits), &
+               'the particle itself before its sisters')
+   call nearer(child_id(parent, 5_i8, 1, id_bits), child_id(parent, 4_i8, 1, id_bits), &
                'what it was merged into before its other octants')
-   call nearer(child_id(parent, 5_i8, 1), child_id(parent, 8_i8*4_i8 + 6_i8, 2), 'or before their parts')
-   call nearer(child_id(parent, 8_i8*5_i8 + 2_i8, 2), child_id(parent, 8_i8*5_i8 + 5_i8, 2), &
-               'the sister of the longer way')
-   call nearer(parent, child_id(parent, 4_i8, 1), 'of equally near ones the one with the smaller id')
-   call test%check(kinship(parent, probed) >= 0, 'the first parent, merged again')
+   call nearer(child_id(parent, 5_i8, 1, id_bits), child_id(parent, 8_i8*4_i8 + 6_i8, 2, id_bits), &
+               'or before their parts')
+   call nearer(child_id(parent, 8_i8*5_i8 + 2_i8, 2, id_bits), &
+               child_id(parent, 8_i8*5_i8 + 5_i8, 2, id_bits), 'the sister of the longer way')
+   call nearer(parent, child_id(parent, 4_i8, 1, id_bits), 'of equally near ones the one with the smaller id')
+   call test%check(kinship(parent, probed, id_bits) >= 0, 'the first parent, merged again')
    call nearer(parent + ishft(4095_i8, 50), parent + ishft(2047_i8, 50), 'all twelve splits', of=parent &
                + ishft(4095_i8, 50))
    call test%finish()
@@ -37,7 +41,7 @@ contains
       integer(i8) :: to
       to = probed
       if (present(of)) to = of
-      call test%check(kinship(one, to) > kinship(other, to), name)
+      call test%check(kinship(one, to, id_bits) > kinship(other, to, id_bits), name)
    end subroutine nearer
 
 end program probes

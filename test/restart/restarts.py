@@ -268,7 +268,7 @@ def checksum_of_file(data):
     return f"{b:08X}{a:08X}"
 
 
-def reseal(path, format_number=8):
+def reseal(path, format_number=9):
     """Give a file that was changed a good seal again."""
     data = Path(path).read_bytes()
     body = data[SEAL:]

@@ -15,7 +15,7 @@ program regions
    use m_level, only: level_t
    use m_body, only: fill_block, count_in_block
    use m_field_table, only: field_table_t, layout_t, shares_t
-   use m_split, only: split_in_eight, must_split, half_edges, extents, id_bits
+   use m_split, only: split_in_eight, must_split, half_edges, extents
    use m_sorting, only: sorted_order
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t, keep_worst
@@ -374,6 +374,7 @@ contains
       real(wp), intent(in) :: volume(:), spacing
       integer, intent(in) :: n
       logical, intent(in) :: whole !< no place has parts
+      type(layout_t) :: no_layout
       integer, allocatable :: order(:)
       integer(i8), allocatable :: root(:)
       integer(i8) :: last
@@ -381,7 +382,7 @@ contains
       real(wp) :: most, sum_here, worst
       order = sorted_order(id, id)
       call test%check(all(id(order(2:)) > id(order(:size(id) - 1))), 'births: no id twice')
-      root = iand(id, ishft(1_i8, id_bits) - 1)
+      root = iand(id, ishft(1_i8, no_layout%id_bits) - 1)
       order = sorted_order(root, id)
       places = 0
       worst = 0.0_wp

@@ -4,14 +4,18 @@ program split
    use m_communicator, only: communicator_t
    use m_block, only: block_t
    use m_level, only: level_t
-   use m_split, only: stuff_t, split_long, half_edges, id_bits, most_generations
+   use m_split, only: stuff_t, split_long, half_edges
    use m_walls, only: keep_inside
-   use m_field_table, only: shares_t
+   use m_field_table, only: layout_t, shares_t
    use m_grid_level, only: grid_level_t, make_grid_level
-   use m_scene, only: grid_spec_t, boundary_free, boundary_symmetry
+   use m_scene, only: body_spec_t, grid_spec_t, boundary_free, boundary_symmetry
    use m_sorting, only: sorted_order
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t
+   use m_body, only: first_id, number_ids
+   use m_box, only: box_t
+   use m_constants, only: exit_input
+   use m_errors, only: error_t
    implicit none
    real(wp), parameter :: cell = 0.3_wp
    type(stuff_t), parameter :: soft(2) = stuff_t(density=1000.0_wp, modulus=1.0e6_wp)
@@ -26,6 +30,7 @@ program split
    call pulled(corners=.true.)
    call pulled(corners=.false.)
    call too_often()
+   call room_of_ids()
    call thickness()
    call beyond_sides()
    call test%finish()
@@ -248,10 +253,11 @@ contains
       ids = block%particles%id(:block%particles%count)
       ids = ids(sorted_order(ids, ids))
       call test%check(all(ids(2:) > ids(:size(ids) - 1)) .and. ids(1) > 0, name//'ids are unique')
-      call test%check(all(iand(ids, 2_i8**id_bits - 1) <= 100), name//'ids tell the first parent')
+      call test%check(all(iand(ids, 2_i8**level%layout%id_bits - 1) <= 100), name// &
+                      'ids tell the first parent')
       associate (particles => block%particles, s => level%layout%stress)
          do p = 101, particles%count
-            round = int(iand(particles%id(p), 2_i8**id_bits - 1))
+            round = int(iand(particles%id(p), 2_i8**level%layout%id_bits - 1))
             call test%check(all(abs(particles%column(p, s:s + 5) - particles%column(round, s:s + 5)) <= &
                                 0.0_wp) &
                             .and. particles%body(p) == particles%body(round), name// &
@@ -358,18 +364,40 @@ contains
       values(level%layout%generation) = 0.0_wp
       call block%reserve(1, level%table%columns)
       call block%particles%append(values, 7_i8, 1)
-      do g = 1, most_generations
+      do g = 1, level%layout%most_generations()
          block%particles%count = 1
          block%particles%column(1, level%layout%domain) = 0.9_wp*cell
          call split_long(block, level%table, level%layout, cell, soft, splits, worn_out)
          call test%check_equal(splits, 1, 'it is split')
       end do
-      call test%check(block%particles%id(2) == 7_i8 + 2_i8**(id_bits + most_generations - 1), 'the last id')
+      call test%check(block%particles%id(2) == 7_i8 + 2_i8**61, 'the last id')
       block%particles%count = 1
       block%particles%column(1, level%layout%domain) = 0.9_wp*cell
       call split_long(block, level%table, level%layout, cell, soft, splits, worn_out)
       call test%check(worn_out == 1 .and. splits == 0 .and. block%particles%count == 1, 'not once more')
    end subroutine too_often
+
+   !> Ids of bodies do not meet, small scenes have most room for splits, and too little room is a fault.
+   subroutine room_of_ids()
+      type(layout_t) :: layout
+      type(body_spec_t) :: bodies(2)
+      type(box_t) :: box
+      type(error_t) :: error
+      box = box_t(lower=[0.0_wp, 0.0_wp, 0.0_wp], upper=[10.0_wp, 10.0_wp, 10.0_wp])
+      allocate (bodies(1)%shape, source=box)
+      allocate (bodies(2)%shape, source=box)
+      call number_ids(layout, bodies, 1.0_wp, 30, error) ! 8000 places each
+      call test%check(.not. error%happened() .and. layout%ids_of_body == 10000, 'ids of a body')
+      call test%check(layout%id_bits == 15 .and. layout%most_generations() == 47, 'room for splits')
+      call test%check(first_id(2, layout) == 10000, 'ids of the second body')
+      box%upper = 1.0e5_wp
+      deallocate (bodies(1)%shape)
+      allocate (bodies(1)%shape, source=box)
+      call number_ids(layout, bodies, 1.0_wp, 0, error) ! 8e15 places: 55 bits
+      call test%check(.not. error%happened(), 'no splits, no room needed')
+      call number_ids(layout, bodies, 1.0_wp, 12, error)
+      call test%check(error%happened() .and. error%status == exit_input, 'too many ids')
+   end subroutine room_of_ids
 
    !> The edge of a cube from any side; twice the half edge of a box along it.
    subroutine thickness()

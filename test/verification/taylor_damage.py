@@ -3,12 +3,15 @@ alone, around the axis first, where the release waves from its side meet. A part
 plastic strain over Johnson and Cook's strain of failure has come to 1: no other has. usage: taylor_damage.py
 (in an empty directory; GIMP3D is the program)"""
 
+from pathlib import Path
+
+import h5py
 import numpy as np
 
 from run_scene import ROOT, replace, run
 from runs import check, energy, finish, require, snapshots
 
-RADIUS, ID = 3.81e-3, (1 << 50) - 1  # m; what parts of a particle have in common
+RADIUS = 3.81e-3  # m
 WAVE = np.sqrt(200e9 * (1 - 0.29) / (1 + 0.29) / (1 - 2 * 0.29) / 7830)  # m/s
 found = {}
 for cells in (4, 5):
@@ -18,15 +21,19 @@ for cells in (4, 5):
     text = replace(text, "upper=9.144e-3,9.144e-3,27.432e-3", f"upper={upper}")
     run(replace(text, "'out/taylor_damage', every=20e-6", f"'{name}', every=2e-6, formats='hdf5'"), 2)
     rows, first = snapshots(name), None
+    with h5py.File(sorted(Path(name).glob("particles_*.h5"))[0]) as file:
+        bits = (
+            1 << int(file["VTKHDF/PointData/id"].attrs["first_bits"])
+        ) - 1  # in common of a particle's parts
     begun = dict(zip(rows[0].ids, rows[0].fields["position"]))
     for now in rows:
         failed = now.fields["damage"].ravel() >= 1
         if failed.any() and first is None:
-            first = now.time, np.array([begun[i & ID] for i in now.ids[failed]])
+            first = now.time, np.array([begun[i & bits] for i in now.ids[failed]])
     last = rows[-1].fields
     failed, place = last["damage"].ravel() >= 1, last["position"]
     share = last["mass"].ravel()[failed].sum() / last["mass"].sum()
-    where = np.array([begun[i & ID] for i in rows[-1].ids[failed]])
+    where = np.array([begun[i & bits] for i in rows[-1].ids[failed]])
     inner = np.hypot(*where[:, :2].T) < 0.5 * RADIUS
     foot, length = np.hypot(place[:, 0], place[:, 1]).max() + cell / 4, place[:, 2].max() + cell / 4
     print(
