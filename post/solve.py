@@ -25,6 +25,7 @@ import json
 import math
 import os
 import re
+import resource
 import subprocess
 import sys
 import time
@@ -42,7 +43,7 @@ from study_report import write_text
 from study_runs import Rejected
 from study_scene import BadSetting, Scene, scene_of
 
-FACTORS = [4, 3, 2, 4 / 3, 1, 2 / 3, 0.5, 1 / 3, 0.25]  # of the scene's cell
+FACTORS = [4, 3, 2, 4 / 3, 1, 2 / 3, 0.5, 1 / 3, 0.25]  # of the scene's cell, or those of the study's file
 SPEEDS = [4.0, 2.0, 1.0, 0.5, 0.25, 0.125]
 STEPS = [1.0, 0.5]
 PILOT = 0.05  # of the budget: a grid that is tried for less is a pilot
@@ -69,6 +70,7 @@ class Planned:
     def __init__(self, study, settings):
         scene = study.run(settings).make_scene()
         scene.set("scene", "mode", "plan")
+        begun, before = time.monotonic(), resource.getrusage(resource.RUSAGE_CHILDREN)
         done = subprocess.run(
             [*study.launch, "-n", str(study.ranks), str(study.program)],
             input=scene.text,
@@ -83,8 +85,12 @@ class Planned:
         steps = re.search(r"^steps +(\d+) of the coarsest", done.stdout, re.M)
         memory = re.search(r"^memory +(\S+) (\S?)B on all", done.stdout, re.M)
         self.updates, self.steps = float(work[1]), float(steps[1])
+        # another job may have had the core for a while: as in study_runs
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        worked = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        share = min(1.0, worked / (time.monotonic() - begun)) if study.ranks == 1 else 1.0
         rows = dict(re.findall(r"^(all|output) +\S+ +(\S+)", done.stdout, re.M))
-        self.seconds = study.ranks * (float(rows["all"]) - float(rows.get("output", 0.0)))
+        self.seconds = share * study.ranks * (float(rows["all"]) - float(rows.get("output", 0.0)))
         self.megabytes = float(memory[1]) * {"": 1e-6, "k": 1e-3, "M": 1.0, "G": 1e3}[memory[2]]
 
 
@@ -111,6 +117,7 @@ class Solve:
         case = scene_of(study.text, self.base, study.setting).values()
         self.cell = case["grid"][0]["cell_size"][0]
         self.own = depth_of(case)  # levels of the scene
+        self.factors = study.setting.factors or FACTORS
         self.most = self.own + len(study.setting.level_boxes)
         self.speeds = speed_is_free(case)
         self.started = time.monotonic()
@@ -183,7 +190,7 @@ class Solve:
         is cheap. Where the program does not take a grid with all levels of the scene, one of as fine cells
         with fewer. And a run each at another speed and time step on the last but one."""
         faults, last = [], None
-        for factor in FACTORS:
+        for factor in self.factors:
             begun = time.monotonic()
             if len(self.done) >= 3:
                 errors = self.of_grids()
@@ -205,7 +212,7 @@ class Solve:
         if len(self.done) < 3:
             raise BadSetting(
                 "fewer than three cells of "
-                + ", ".join(f"{f:.3g}" for f in FACTORS)
+                + ", ".join(f"{f:.3g}" for f in self.factors)
                 + " times the scene's can be used: "
                 + "; ".join(faults)
             )
@@ -258,7 +265,7 @@ class Solve:
             )
         )
         found = []
-        grids = {(factor, levels) for factor in FACTORS for levels in range(self.own, self.most + 1)} | {
+        grids = {(factor, levels) for factor in self.factors for levels in range(self.own, self.most + 1)} | {
             key[:2] for key in self.done
         }
         for factor, levels in sorted(grids - self.refused, reverse=True):
