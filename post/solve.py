@@ -51,7 +51,7 @@ SEARCH = 0.2  # of the budget: the same while the grids show no order; three are
 PILOTS = 0.4  # of the budget: no further grid is tried that would bring all of them beyond
 ROUNDS = 3
 ENOUGH = 0.5  # of the target: pilots whose error in space is less end; speed and time step come on top
-SHORT = 0.02  # of the budget: a run that is predicted to take less is not planned before
+SHORT = 0.005  # of the budget: a run that is predicted to take less is not planned before
 RATE_FREE = {"elastic", "neo_hookean", "j2", "cubic", "orthotropic", "drucker_prager"}
 
 
