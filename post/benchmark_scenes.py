@@ -52,7 +52,8 @@ class Grid:
         lines = [
             f"&grid     lower={words((left, 0, 0))}, "
             f"upper={words((far * big, far * big, top + 2 * big))}, "
-            f"cell_size={big:.10g},\n          boundary='{near}','{side}','symmetry','{side}','fixed','free' /"
+            f"cell_size={big:.10g},\n          "
+            f"boundary='{near}','{side}','symmetry','{side}','fixed','free' /"
         ]
         for number, (width, depth) in enumerate(self.boxes):
             cell = big / 2**number
