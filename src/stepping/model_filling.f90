@@ -175,7 +175,8 @@ contains
       if (needed > free) &
          call fail(error, exit_input, place//': '//to_text(size(self%levels) - 1)// &
                    ' levels over the grid have '//to_text(places, 3)//' places for blocks of '// &
-                   to_text(block_size)//' nodes along each axis, whose tables need '//si(needed, 'B')//' of memory; '//si(free, 'B')// &
+                   to_text(block_size)//' nodes along each axis, whose tables need '// &
+                   si(needed, 'B')//' of memory; '//si(free, 'B')// &
                    ' are free: take fewer levels, larger cells or a smaller grid')
    end subroutine require_tables
 
