@@ -25,6 +25,7 @@ import json
 import math
 import os
 import re
+import resource
 import subprocess
 import sys
 import time
@@ -42,12 +43,15 @@ from study_report import write_text
 from study_runs import Rejected
 from study_scene import BadSetting, Scene, scene_of
 
-FACTORS = [4, 3, 2, 4 / 3, 1, 2 / 3, 0.5, 1 / 3, 0.25]  # of the scene's cell
+FACTORS = [4, 3, 2, 4 / 3, 1, 2 / 3, 0.5, 1 / 3, 0.25]  # of the scene's cell, or those of the study's file
 SPEEDS = [4.0, 2.0, 1.0, 0.5, 0.25, 0.125]
 STEPS = [1.0, 0.5]
 PILOT = 0.05  # of the budget: a grid that is tried for less is a pilot
 SEARCH = 0.2  # of the budget: the same while the grids show no order; three are made in any case
+PILOTS = 0.4  # of the budget: no further grid is tried that would bring all of them beyond
 ROUNDS = 3
+ENOUGH = 0.5  # of the target: pilots whose error in space is less end; speed and time step come on top
+SHORT = 0.005  # of the budget: a run that is predicted to take less is not planned before
 RATE_FREE = {"elastic", "neo_hookean", "j2", "cubic", "orthotropic", "drucker_prager"}
 
 
@@ -66,6 +70,7 @@ class Planned:
     def __init__(self, study, settings):
         scene = study.run(settings).make_scene()
         scene.set("scene", "mode", "plan")
+        begun, before = time.monotonic(), resource.getrusage(resource.RUSAGE_CHILDREN)
         done = subprocess.run(
             [*study.launch, "-n", str(study.ranks), str(study.program)],
             input=scene.text,
@@ -80,8 +85,12 @@ class Planned:
         steps = re.search(r"^steps +(\d+) of the coarsest", done.stdout, re.M)
         memory = re.search(r"^memory +(\S+) (\S?)B on all", done.stdout, re.M)
         self.updates, self.steps = float(work[1]), float(steps[1])
+        # another job may have had the core for a while: as in study_runs
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        worked = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        share = min(1.0, worked / (time.monotonic() - begun)) if study.ranks == 1 else 1.0
         rows = dict(re.findall(r"^(all|output) +\S+ +(\S+)", done.stdout, re.M))
-        self.seconds = study.ranks * (float(rows["all"]) - float(rows.get("output", 0.0)))
+        self.seconds = share * study.ranks * (float(rows["all"]) - float(rows.get("output", 0.0)))
         self.megabytes = float(memory[1]) * {"": 1e-6, "k": 1e-3, "M": 1.0, "G": 1e3}[memory[2]]
 
 
@@ -108,6 +117,7 @@ class Solve:
         case = scene_of(study.text, self.base, study.setting).values()
         self.cell = case["grid"][0]["cell_size"][0]
         self.own = depth_of(case)  # levels of the scene
+        self.factors = study.setting.factors or FACTORS
         self.most = self.own + len(study.setting.level_boxes)
         self.speeds = speed_is_free(case)
         self.started = time.monotonic()
@@ -142,6 +152,11 @@ class Solve:
         if not run.good:
             self.refused.add(key[:2])
             raise Unusable(f"{run.said or 'as the scene is'}: {run.record['fault']}")
+        try:
+            quantities.curve_of(run, self.quantity)
+        except BadSetting as fault:
+            self.refused.add(key[:2])
+            raise Unusable(f"{run.said or 'as the scene is'}: {fault}") from fault
         self.done[key] = run
         return run
 
@@ -175,18 +190,17 @@ class Solve:
         is cheap. Where the program does not take a grid with all levels of the scene, one of as fine cells
         with fewer. And a run each at another speed and time step on the last but one."""
         faults, last = [], None
-        for factor in FACTORS:
+        for factor in self.factors:
             begun = time.monotonic()
             if len(self.done) >= 3:
                 errors = self.of_grids()
-                open_still = bool(errors.notes) or errors.trust > max(
-                    self.options.error, errors.total(self.finest(min(self.done)))
-                )
+                total = errors.total(self.finest(min(self.done)))
+                open_still = bool(errors.notes) or errors.trust > max(self.options.error, total)
                 share = SEARCH if open_still else PILOT
-                met = (
-                    not open_still and errors.total(self.finest(min(self.done))) < MARGIN * self.options.error
-                )
-                if met or last[1] * (last[0] / factor) ** 4 > share * self.options.budget:
+                met = max(total, errors.trust) < ENOUGH * self.options.error
+                next_one = last[1] * (last[0] / factor) ** 4
+                spent = self.options.budget - self.left()
+                if met or next_one > min(share * self.options.budget, PILOTS * self.options.budget - spent):
                     break
             for levels in range(self.own, -1, -1):
                 try:
@@ -198,7 +212,7 @@ class Solve:
         if len(self.done) < 3:
             raise BadSetting(
                 "fewer than three cells of "
-                + ", ".join(f"{f:.3g}" for f in FACTORS)
+                + ", ".join(f"{f:.3g}" for f in self.factors)
                 + " times the scene's can be used: "
                 + "; ".join(faults)
             )
@@ -251,7 +265,7 @@ class Solve:
             )
         )
         found = []
-        grids = {(factor, levels) for factor in FACTORS for levels in range(self.own, self.most + 1)} | {
+        grids = {(factor, levels) for factor in self.factors for levels in range(self.own, self.most + 1)} | {
             key[:2] for key in self.done
         }
         for factor, levels in sorted(grids - self.refused, reverse=True):
@@ -370,15 +384,21 @@ def introduce(solve, errors):
 
 
 def pick(solve, errors):
-    """The cheapest settings that are predicted to meet the target and that the program takes."""
+    """The cheapest settings that are predicted to meet the target and that the program takes; where they do
+    not fit into what is left of the budget, a run that is there already."""
     while True:
         choices = solve.choices(errors)
         cheapest, best = choose(choices, solve.options.error, solve.study.ranks * max(solve.left(), 0.0))
         if cheapest and cheapest.seconds <= solve.study.ranks * solve.left():
-            if cheapest.key in solve.confirmed or cheapest.key in solve.done:
+            short = cheapest.seconds <= SHORT * solve.study.ranks * solve.options.budget
+            if short or cheapest.key in solve.confirmed or cheapest.key in solve.done:
                 return cheapest
             solve.confirm(cheapest.key)
         else:
+            made = [choice for choice in choices if choice.key in solve.done]
+            cheapest_made, _ = choose(made, solve.options.error, 0.0)
+            if cheapest_made:
+                return cheapest_made
             raise Missed(refusal(solve, cheapest, best, min(choice.error for choice in choices)))
 
 
@@ -387,7 +407,8 @@ def solve_scene(study, options):
     solve.pilots()
     errors = solve.fit()
     introduce(solve, errors)
-    for attempt in range(ROUNDS):
+    attempts = 0
+    while attempts < ROUNDS:
         choice = pick(solve, errors)
         predicted = choice.seconds / study.ranks
         say(
@@ -395,7 +416,12 @@ def solve_scene(study, options):
             "rank(s), "
             f"{choice.megabytes:.3g} MB predicted (aimed at {100 * MARGIN:.0f} % of what was asked for)"
         )
-        run = solve.run(choice.key)
+        try:
+            run = solve.run(choice.key)
+        except Unusable as fault:
+            say(f"refused    {fault}")
+            continue
+        attempts += 1
         errors = solve.fit()
         record = record_of(solve, errors, choice, run, predicted)
         write_answer(solve, study.directory, choice, record)

@@ -55,27 +55,34 @@ def load(run, quantity):
 
 
 def probe(run, quantity):
-    """Time and the column of a probe, or the mean of the eight about a point; displacement_x, _y, _z are made
-    of positions."""
+    """Time and the column of a probe, or from the eight about a point its value there; displacement_x, _y, _z
+    are made of positions."""
     if not quantity.point:
         history = History(run.directory / f"probe_{quantity.probe}.dat")
         return history["time"], column_of(history, quantity.column)
     probes = [History(run.directory / f"probe_p{corner}.dat") for corner in range(8)]
+    weights = weights_at(run, quantity, np.array([[one[axis][0] for axis in "xyz"] for one in probes]))
+    values = sum(weight * column_of(one, quantity.column) for weight, one in zip(weights, probes))
+    return probes[0]["time"], values
+
+
+def weights_at(run, quantity, start):
+    """What particles (n, 3) about the point count: the mean where they lie evenly about it, else what a
+    straight line through them has there. At a side of symmetry their middle stands for the point."""
     grid, sides = run.case["grid"][0], run.case["grid"][0]["boundary"]
-    for i, axis in enumerate("xyz"):
-        start = np.array([one[axis][0] for one in probes])
-        at_side = (
-            min(abs(quantity.point[i] - grid["lower"][i]), abs(quantity.point[i] - grid["upper"][i]))
-            < 1e-6 * run.cell
-        )
-        if at_side and set(sides) & {"symmetry"} and np.ptp(start) < 1e-6 * run.cell:
-            continue
-        if abs(start.mean() - quantity.point[i]) > 1e-6 * run.cell:
+    off = (start - quantity.point) / run.cell
+    for i in range(3):
+        at_side = min(abs(quantity.point[i] - grid[side][i]) for side in ("lower", "upper")) < 1e-6 * run.cell
+        if at_side and set(sides) & {"symmetry"} and np.ptp(off[:, i]) < 1e-6:
+            off[:, i] = 0.0
+        elif off[:, i].min() > 1e-6 or off[:, i].max() < -1e-6:
             raise BadSetting(
-                f"quantity {quantity.name}: the particles around the point do not lie evenly about it along "
-                f"{axis} (their middle is {start.mean():.6g} m) with cells of {run.cell:.4g} m"
+                f"quantity {quantity.name}: the particles around the point all lie on one side of it along "
+                f"{'xyz'[i]} (their middle is {start[:, i].mean():.6g} m) with cells of {run.cell:.4g} m"
             )
-    return probes[0]["time"], np.mean([column_of(one, quantity.column) for one in probes], axis=0)
+    if np.all(abs(off.mean(axis=0)) < 1e-6):
+        return np.full(len(off), 1 / len(off))
+    return np.linalg.pinv(np.column_stack([np.ones(len(off)), off]))[0]
 
 
 def column_of(history, name):

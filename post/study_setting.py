@@ -61,6 +61,7 @@ class Setting:
     budgets: list  # seconds
     balance_limit: float  # per cent; a run whose energy balance is worse late on is not taken for the front
     level_boxes: list  # [lower, upper] (m) of levels that `levels` may add
+    factors: list = dataclasses.field(default_factory=list)  # cells that `make solve` tries, over the scene's
     # another program than gimp3d, which reads what the scene file says and prints lines `study: NAME VALUE`
     program: str = ""
     ranks: int = 1
@@ -107,6 +108,7 @@ def read(path):
             "budgets",
             "balance_limit",
             "level_boxes",
+            "factors",
             "program",
             "ranks",
             "quantity",
@@ -136,6 +138,7 @@ def read(path):
         budgets=table.get("budgets", [60.0]),
         balance_limit=table.get("balance_limit", 5.0),
         level_boxes=table.get("level_boxes", []),
+        factors=factors_of(path, table.get("factors", [])),
         program=table.get("program", ""),
         ranks=table.get("ranks", 1),
     )
@@ -145,6 +148,12 @@ def read(path):
     if len({one.point for one in wanted.values() if one.point}) > 1:
         raise BadSetting(f"{path}: all quantities must have the same point")
     return setting, wanted
+
+
+def factors_of(path, factors):
+    if all(isinstance(one, (int, float)) and one > 0 for one in factors):
+        return sorted(factors, reverse=True)
+    raise BadSetting(f"{path}: factors {factors}; must be numbers above 0")
 
 
 def family(where, name, table, cells):

@@ -13,7 +13,7 @@ module m_scene_level_checks
    private
    public :: check_levels
 
-   integer, parameter, public :: most_levels = 4 !< a particle's id has room for so many splits into eight
+   integer, parameter, public :: most_levels = 8
                                                  !< (m_split)
    real(wp), parameter :: least_gap = 2.0_wp      !< between the sides of boxes, in cells of the outer one
    real(wp), parameter :: least_width = 4.0_wp    !< of a box, in the cells that it refines

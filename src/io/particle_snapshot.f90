@@ -5,7 +5,7 @@ module m_particle_snapshot
    use m_communicator, only: communicator_t
    use m_level, only: level_t
    use m_model, only: model_t
-   use m_recovered_stress, only: block_stress_t, recover_stress
+   use m_recovered_stress, only: level_stress_t, recover_stress
    use m_decomposition, only: blocks_before
    use m_field_table, only: field_t
    use m_ipf_colour, only: add_ipf_colour
@@ -74,14 +74,14 @@ contains
    subroutine collect_recovered(model, values)
       type(model_t), intent(inout) :: model
       real(wp), intent(out) :: values(:, :) !< (particles here, 6), Pa
-      type(block_stress_t), allocatable :: recovered(:)
+      type(level_stress_t), allocatable :: recovered(:)
       integer :: b, l, n, begun
       begun = 0
-      do l = 1, size(model%levels)
-         call recover_stress(model, l, recovered)
-         do b = 1, size(recovered)
-            n = size(recovered(b)%of, 2)
-            values(begun + 1:begun + n, :) = transpose(recovered(b)%of)
+      call recover_stress(model, recovered)
+      do l = 1, size(recovered)
+         do b = 1, size(recovered(l)%blocks)
+            n = size(recovered(l)%blocks(b)%of, 2)
+            values(begun + 1:begun + n, :) = transpose(recovered(l)%blocks(b)%of)
             begun = begun + n
          end do
       end do

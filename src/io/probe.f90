@@ -4,7 +4,7 @@ module m_probe
    use mpi_f08
    use m_kinds, only: wp, i8
    use m_model, only: model_t
-   use m_recovered_stress, only: recover_stress_at
+   use m_recovered_at, only: recover_stress_at
    implicit none
    private
    public :: probe_t, choose_particle, read_probe, kinship

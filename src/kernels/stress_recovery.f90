@@ -12,7 +12,7 @@ module m_stress_recovery
    use m_corner_stencil, only: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights
    implicit none
    private
-   public :: give_stress, take_stress
+   public :: give_stress, take_stress, make_means
 
    real(wp), parameter :: damping = 1.0e-3_wp !< how little a body may be spread along an axis, squared, for
                                               !< its slope along it to count: in a sheet of one particle none
@@ -69,20 +69,17 @@ contains
       end do
    end subroutine give_stress
 
-   !> The recovered stress (Pa) of the particles that are gone through, from the sums over all blocks.
+   !> The recovered stress (Pa) of the particles that are gone through, from the nodes' means.
    subroutine take_stress(cells, column, layout, frame, places, stresses, stress)
       type(cell_list_t), intent(in) :: cells
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
-      real(wp), intent(inout), dimension(node_values, 0:tile_last, 0:tile_last, 0:tile_last) :: &
-         places, stresses                      !< sums; on return means
-      real(wp), intent(inout) :: stress(:, :)  !< (6, particles), in their order of storage
+      real(wp), intent(in), dimension(node_values, 0:tile_last, 0:tile_last, 0:tile_last) :: places, stresses
+      real(wp), intent(inout) :: stress(:, :) !< (6, particles), in their order of storage
       type(shares_t) :: shares
       real(wp) :: mean(6), slope(6, 3), off(3), spread(3, 3)
       integer :: a, b, c, first, k, m, n
-      call make_means(places)
-      call make_means(stresses)
       do first = 1, cells%count, chunk
          call set_shares(shares, cells, first, column, layout, frame)
          do m = 1, shares%count
@@ -106,7 +103,7 @@ contains
       end do
    end subroutine take_stress
 
-   !> Of sums, the means.
+   !> Of sums over all that gave to a node, the means; the volume stays.
    pure subroutine make_means(tile)
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       integer :: i, j, k

@@ -32,7 +32,7 @@ module m_composite
       logical, allocatable, private :: parents(:) !< of this rank's blocks of the coarser level
       logical, allocatable, private :: adds(:)    !< blocks next to those that receive
       integer, allocatable, private :: receiver(:) !< number of a block among those that receive, 0 for others
-      integer, private :: values = node_values    !< of a node of a patch; 3 more where the lag is corrected
+      integer :: values = node_values    !< of a node of a patch; 3 more where the lag is corrected
       real(wp), dimension(:, :, :, :, :), allocatable :: up, down ! (values, 0:5, 0:5, 0:5, edges)
       real(wp), dimension(:, :, :, :, :), allocatable, private :: first !< `up` in the first of two steps, own
       ! of the nodes of the coarser level's tiles, (3, 0:9, 0:9, 0:9):

@@ -20,7 +20,7 @@ module m_edge
    implicit none
    private
    public :: edge_t, has_constrained, make_edge, clear_covered, restrict_sums, restrict_lag, prolong_motion, &
-             prolong_lag, interpolate_motion, interpolate_lag, coarse_nodes
+             prolong_lag, interpolate_motion, interpolate_lag, coarse_nodes, hand_up, take_means
 
    integer, parameter, public :: patch_last = 5 !< patches run from 0 to here
    integer, parameter, public :: lag_first = node_values + 1, lag_last = node_values + 3 !< up: the force that
@@ -321,6 +321,49 @@ contains
          tile(v_x:v_z, at(1), at(2), at(3)) = 0.5_wp*time_step*values(node_values - 2:)
       end do
    end subroutine interpolate_lag
+
+   !> To the nodes of a patch what the constrained nodes of a tile have in sums over all blocks: of volumes
+   !> and values that go with them.
+   pure subroutine hand_up(edge, tile, arm, patch)
+      type(edge_t), intent(in) :: edge
+      real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      real(wp), intent(in) :: arm !< the tile's cell (m) where values 2 to 4 are volume times a place, which
+                                  !< counts from the node; else 0
+      real(wp), intent(inout), contiguous :: patch(:, 0:, 0:, 0:)
+      real(wp) :: share
+      integer :: at(3), low(3), high(3), i, j, k, s
+      do s = 1, size(edge%constrained, 2)
+         if (edge%constrained(4, s) == 0) cycle
+         at = edge%constrained(:3, s)
+         if (.not. tile(1, at(1), at(2), at(3)) > 0.0_wp) cycle
+         call coarse_nodes(at, low, high, share)
+         do k = low(3), high(3)
+            do j = low(2), high(2)
+               do i = low(1), high(1)
+                  associate (given => tile(:, at(1), at(2), at(3)), to => patch(:, i, j, k))
+                     to(:node_values) = to(:node_values) + share*given
+                     to(2:4) = to(2:4) + share*given(1)*arm*(low + high - 2*[i, j, k])
+                  end associate
+               end do
+            end do
+         end do
+      end do
+   end subroutine hand_up
+
+   !> The means of constrained nodes from those of the nodes that they depend on. What is in a tile and in a
+   !> patch are means, but for the volume in front, which stays.
+   pure subroutine take_means(edge, patch, tile)
+      type(edge_t), intent(in) :: edge
+      real(wp), intent(in), contiguous :: patch(:, 0:, 0:, 0:)
+      real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      real(wp) :: node(node_values)
+      integer :: at(3), s
+      do s = 1, size(edge%constrained, 2)
+         at = edge%constrained(:3, s)
+         call interpolate(patch, at, 1, node)
+         tile(2:, at(1), at(2), at(3)) = node(2:)
+      end do
+   end subroutine take_means
 
    !> Some values of a constrained node, as many as a node has, from those of the nodes that it depends on
    !> (theory.md, eq. constrained): half of each of two along each axis, which are the same one where it lies

@@ -11,7 +11,7 @@ module m_error_placing
    use m_split, only: extents, longest_half_edge
    use m_marking, only: marks_t, choose_regions, touch
    use m_first_touch, only: reach, near_tool, mark_neighbours
-   use m_recovered_stress, only: block_stress_t, recover_stress
+   use m_recovered_stress, only: block_stress_t, level_stress_t, recover_stress
    implicit none
    private
    public :: place_by_error, is_due
@@ -53,7 +53,7 @@ contains
       type(model_t), intent(inout) :: model
       type(region_t), intent(inout) :: regions(:) !< of all levels
       type(error_t), intent(inout) :: error
-      type(block_stress_t), allocatable :: recovered(:)
+      type(level_stress_t), allocatable :: recovered(:)
       type(marks_t), allocatable :: marks(:)
       real(wp) :: largest
       integer(i8) :: needs
@@ -68,9 +68,9 @@ contains
          end associate
       end do
       largest = 0.0_wp
+      call recover_stress(model, recovered)
       do l = 1, size(regions)
-         call recover_stress(model, l, recovered)
-         call mark(model, l, recovered, first, marks, largest)
+         call mark(model, l, recovered(l)%blocks, first, marks, largest)
       end do
       call MPI_Allreduce(MPI_IN_PLACE, largest, 1, MPI_DOUBLE_PRECISION, MPI_MAX, model%communicator%comm)
       do l = first, size(regions)

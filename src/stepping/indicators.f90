@@ -5,7 +5,7 @@ module m_indicators
    use m_kinds, only: wp, i8
    use m_model, only: model_t
    use m_material, only: material_t
-   use m_recovered_stress, only: block_stress_t, recover_stress
+   use m_recovered_stress, only: level_stress_t, recover_stress
    implicit none
    private
    public :: stress_error_t, estimate_stress_error
@@ -41,14 +41,14 @@ contains
    subroutine estimate_stress_error(model, error)
       type(model_t), intent(inout) :: model
       type(stress_error_t), intent(out) :: error
-      type(block_stress_t), allocatable :: recovered(:)
+      type(level_stress_t), allocatable :: recovered(:)
       real(wp) :: sums(3), largest(2), found(5)
       integer :: b, l, owner
       integer(i8) :: id
+      call recover_stress(model, recovered)
       do l = 1, size(model%levels)
-         call recover_stress(model, l, recovered)
          do b = 1, size(model%levels(l)%blocks)
-            call compare(model, l, b, recovered(b)%of, error)
+            call compare(model, l, b, recovered(l)%blocks(b)%of, error)
          end do
       end do
       sums = [error%energy, error%squares, error%beside]

@@ -42,7 +42,10 @@ contains
       reach = merge(largest_move, 0.0_wp, size(self%levels) > 1)*self%levels(1)%grid%cell
       low = lowest - reach
       high = highest + reach
-      call mark_box(l, low, high)
+      low_there = low
+      high_there = high
+      if (l > 1) call clip_to_home(self%levels(l), self%levels(l - 1)%grid%cell, low_there, high_there)
+      call mark_box(l, low_there, high_there)
       associate (level => self%levels(l))
          if (l < size(self%levels)) then
             associate (finer => self%levels(l + 1))
@@ -55,8 +58,13 @@ contains
             end associate
          end if
          if (l > 1) then
-            if (.not. level%region%holds_box(low, high, 2.0_wp*level%grid%cell)) &
-               call mark_box(l - 1, low, high)
+            if (.not. level%region%holds_box(low, high, 2.0_wp*level%grid%cell)) then
+               low_there = low
+               high_there = high
+               if (l > 2) call clip_to_home(self%levels(l - 1), self%levels(l - 2)%grid%cell, low_there, &
+                                            high_there)
+               call mark_box(l - 1, low_there, high_there)
+            end if
          end if
       end associate
    contains

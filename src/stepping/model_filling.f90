@@ -2,6 +2,7 @@
 submodule (m_model) m_model_filling
    use m_number_text, only: reals_text
    use m_text, only: si
+   use m_constants, only: block_size
    use m_machine, only: free_memory
    use m_node_values, only: node_values, tile_last
    use m_field_table, only: bytes_per_column
@@ -22,6 +23,8 @@ contains
             self%levels(1)%grid)), 0.0_wp, error)
       if (error%happened()) return
       call check_stresses(self, scene, error)
+      call require_tables(self, scene%place('cell_size'), error)
+      if (error%happened()) return
       call count_particles(self, scene, counts, error)
       if (error%happened()) return
       finest = blocks_before(self%levels, size(self%levels)) + 1 ! the blocks of the others have two tiles
@@ -153,6 +156,29 @@ contains
                    ' particles, which need '//si(needed, 'B')//' of memory; '//si(free, 'B')// &
                    ' are free: take larger cells, fewer particles_per_cell or more machines')
    end subroutine require_memory
+
+   !> Collective: a fault where tables that have a row for each place of a block, there or not, would not fit
+   !> into the memory that is free.
+   subroutine require_tables(self, place, error)
+      class(model_t), intent(in) :: self
+      character(len=*), intent(in) :: place    !< how the sentence begins
+      type(error_t), intent(inout) :: error
+      real(wp), parameter :: bytes_a_place = 48.0_wp !< of all tables that are there at one time: measured
+      real(wp) :: free, needed, places
+      integer :: l
+      places = 0.0_wp
+      do l = 1, size(self%levels)
+         places = places + product(real(self%levels(l)%grid%blocks, wp))*self%levels(l)%grid%fields
+      end do
+      free = free_memory(self%communicator)
+      needed = bytes_a_place*places*self%communicator%ranks
+      if (needed > free) &
+         call fail(error, exit_input, place//': '//to_text(size(self%levels) - 1)// &
+                   ' levels over the grid have '//to_text(places, 3)//' places for blocks of '// &
+                   to_text(block_size)//' nodes along each axis, whose tables need '// &
+                   si(needed, 'B')//' of memory; '//si(free, 'B')// &
+                   ' are free: take fewer levels, larger cells or a smaller grid')
+   end subroutine require_tables
 
    !> Collective: particles of each block of each level by index, -1 where there are none; each rank counts a
    !> share of the blocks.

@@ -59,6 +59,26 @@ if [ "$BUILD" != debug ]; then
    status=$?
    check "too little for the particles: status $status, $(said memory.log)" [ $status = 2 -a ! -e large ]
    check 'one sentence' once memory.log
+   # tables of blocks grow with the finest cells, however few there are
+   cat >deep.nml <<'EOF'
+&scene title='eight levels', end_time=1e-3 /
+&grid lower=0,0,0, upper=1,1,1, cell_size=0.1 /
+&level lower=0,0,0, upper=3*0.8 /
+&level lower=0,0,0, upper=3*0.7 /
+&level lower=0,0,0, upper=3*0.65 /
+&level lower=0,0,0, upper=3*0.625 /
+&level lower=0,0,0, upper=3*0.6125 /
+&level lower=0,0,0, upper=3*0.60625 /
+&level lower=0,0,0, upper=3*0.603125 /
+&level lower=0,0,0, upper=3*0.6015625 /
+&material name='m', model='elastic', density=1000, young=1e6, poisson=0.3 /
+&body material='m', shape='box', lower=0.85,0.85,0.85, upper=0.95,0.95,0.95, particles_per_cell=1 /
+&output directory='deep', formats='none' /
+EOF
+   (ulimit -v 1000000; "$GIMP3D" <deep.nml >memory.log 2>&1)
+   status=$?
+   check "too little for tables: status $status, $(said memory.log)" [ $status = 2 -a ! -e deep ]
+   check 'one sentence' once memory.log
    # enough for the particles, not for a snapshot of them: the first limit that is not refused at once
    scene 0.02 large >large.nml
    for ranks in 1 2; do

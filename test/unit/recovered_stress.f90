@@ -12,7 +12,8 @@ program recovered_stress
    use m_scene, only: scene_t, domain_fixed, domain_stretch, domain_corners, boundary_symmetry
    use m_materials, only: material_of
    use m_model, only: model_t
-   use m_recovered_stress, only: block_stress_t, recover_stress, recover_stress_at
+   use m_recovered_stress, only: level_stress_t, recover_stress
+   use m_recovered_at, only: recover_stress_at
    use m_assertions, only: assertions_t
    implicit none
    real(wp), parameter :: cell = 0.125_wp, low(3) = [0.0_wp, 0.31_wp, 0.33_wp], &
@@ -117,24 +118,24 @@ contains
       character(len=*), intent(in) :: name
       logical, intent(in) :: linear
       real(wp), intent(in) :: bound
-      type(block_stress_t), allocatable :: recovered(:)
+      type(level_stress_t), allocatable :: recovered(:)
       real(wp) :: off, largest, at_surface
       integer :: b, l, p
       off = 0.0_wp
       at_surface = 0.0_wp
       largest = 0.0_wp
+      call recover_stress(model, recovered)
       do l = 1, size(model%levels)
-         call recover_stress(model, l, recovered)
          do b = 1, size(model%levels(l)%blocks)
             associate (at => model%levels(l)%layout, particles => model%levels(l)%blocks(b)%particles)
                do p = 1, particles%count
                   associate (own => particles%column(p, at%stress:at%stress + 5))
                      largest = max(largest, maxval(abs(own)))
-                     if (linear) off = max(off, maxval(abs(recovered(b)%of(:, p) - own)))
+                     if (linear) off = max(off, maxval(abs(recovered(l)%blocks(b)%of(:, p) - own)))
                      if (linear) cycle
-                     at_surface = max(at_surface, maxval(abs(recovered(b)%of(:, p))))
+                     at_surface = max(at_surface, maxval(abs(recovered(l)%blocks(b)%of(:, p))))
                      if (.not. near_surface(particles%column(p, at%position + 2))) &
-                        off = max(off, maxval(abs(recovered(b)%of(:, p))))
+                        off = max(off, maxval(abs(recovered(l)%blocks(b)%of(:, p))))
                   end associate
                end do
             end associate
@@ -159,24 +160,24 @@ contains
    subroutine one_by_one(model, name)
       type(model_t), intent(inout) :: model
       character(len=*), intent(in) :: name
-      type(block_stress_t), allocatable :: recovered(:)
+      type(level_stress_t), allocatable :: recovered(:)
       real(wp) :: off, stress(6)
       integer :: at(3), asked, b, l, most, n, r
       off = 0.0_wp
       asked = 0
+      call recover_stress(model, recovered)
       do l = 1, size(model%levels)
-         call recover_stress(model, l, recovered)
          do r = 0, comm%ranks - 1
-            most = nint(comm%maximum(merge(real(size(recovered), wp), 0.0_wp, r == comm%rank)))
+            most = nint(comm%maximum(merge(real(size(recovered(l)%blocks), wp), 0.0_wp, r == comm%rank)))
             do b = 1, most
                n = 0
-               if (r == comm%rank) n = size(recovered(b)%of, 2)
+               if (r == comm%rank) n = size(recovered(l)%blocks(b)%of, 2)
                n = nint(comm%maximum(real(n, wp)))
                at = 0
                if (n > 0 .and. r == comm%rank) at = [l, b, 1 + mod(37*b, n)]
                call recover_stress_at(model, at, stress)
                if (n > 0) asked = asked + 1
-               if (at(3) > 0) off = max(off, maxval(abs(stress - recovered(b)%of(:, at(3)))))
+               if (at(3) > 0) off = max(off, maxval(abs(stress - recovered(l)%blocks(b)%of(:, at(3)))))
             end do
          end do
       end do
