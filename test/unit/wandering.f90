@@ -189,7 +189,8 @@ contains
       do b = 1, size(model%levels(1)%blocks)
          associate (particles => model%levels(1)%blocks(b)%particles)
             do p = 1, particles%count
-               if (particles%body(p) /= 1 + int(particles%id(p)/10_i8**12)) wrong = wrong + 1
+               if (particles%body(p) /= 1 + int(particles%id(p)/model%levels(1)%layout%ids_of_body)) &
+                  wrong = wrong + 1
                do c = 1, model%levels(1)%table%columns
                   if (is_place(model%levels(1)%layout, c)) cycle
                   if (abs(particles%column(p, c) - marked(particles%id(p), c)) > 0.0_wp) wrong = wrong + 1
