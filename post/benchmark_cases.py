@@ -796,7 +796,7 @@ def cases():
             "held, drawn back. " + nested + "; depth and stiffness without what the base takes, q P/(E' t)",
             "Work that contact loses on the way (the error of the energy balance) counts as plastic: Wp/Wt "
             "comes out high where little is given back. C is of the load while the tool moves. At "
-            "E/Y = 700 the load falls by 12 % when the tool stands, by 10 % at half the speed: C would be 86 "
+            "E/Y = 700 the load falls by 12 % when the tool stands (tool_tool.dat of the run): C would be 86 "
             "then, and the area of the contact is as much too small, so that H is right. Six cells to the "
             "radius do not resolve the pile-up. The area of the profile is that of an edge within a cell. "
             "The finite elements' own steps bound what can be said of the stiffness.",

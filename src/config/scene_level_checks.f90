@@ -13,8 +13,8 @@ module m_scene_level_checks
    private
    public :: check_levels
 
-   integer, parameter, public :: most_levels = 8
-                                                 !< (m_split)
+   integer, parameter, public :: most_levels = 8 !< one in the other; ids have room for so many splits into
+                                                 !< eight (m_body, number_ids)
    real(wp), parameter :: least_gap = 2.0_wp      !< between the sides of boxes, in cells of the outer one
    real(wp), parameter :: least_width = 4.0_wp    !< of a box, in the cells that it refines
    real(wp), parameter :: most_blocks = 2.0e9_wp !< of the finest cells, over the whole grid: they are

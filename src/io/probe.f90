@@ -9,7 +9,6 @@ module m_probe
    private
    public :: probe_t, choose_particle, read_probe, kinship
 
-
    !> A probed particle, known by its id.
    type :: probe_t
       integer(i8) :: id = 0
@@ -103,8 +102,7 @@ contains
       call MPI_Allreduce(MPI_IN_PLACE, closest, 1, MPI_INTEGER8, MPI_MAX, model%communicator%comm)
       heir = -1
       if (closest < 0) return
-      heir = ior(ibits(id, 0, id_bits), &
-                 ishft(iand(not(closest), most_ways(id_bits)), id_bits))
+      heir = ior(ibits(id, 0, id_bits), ishft(iand(not(closest), most_ways(id_bits)), id_bits))
    end function heir
 
    !> How near a particle is to a probed one; -1: not of the same first parent. The bits above those of the

@@ -23,16 +23,16 @@ module m_composite
       logical :: corrects_lag = .false. !< velocities at the edge have several time levels, and particles
                                         !< carry their gradients (eq. lag)
       logical, allocatable :: receiving(:)    !< of this rank's blocks of the coarser level: receives(b)
-      type(edge_t), allocatable :: edges(:)          !< of this rank's blocks by rising index, then those of
-                                                     !< others with their parent here
+      type(edge_t), allocatable :: edges(:)   !< of this rank's blocks by rising index, then those of others
+                                              !< with their parent here
       integer :: own = 0                      !< of them, how many are of this rank's blocks
-      integer, allocatable :: by_index(:)    !< those with their parent here, by rising index of the
-                                                   !< block: the order in which a parent adds
-      integer, allocatable :: edge_of(:)     !< of each of this rank's finer blocks, 0 without one
+      integer, allocatable :: by_index(:)     !< those with their parent here, by rising index of the block:
+                                              !< the order in which a parent adds
+      integer, allocatable :: edge_of(:)      !< of each of this rank's finer blocks, 0 without one
       logical, allocatable, private :: parents(:) !< of this rank's blocks of the coarser level
       logical, allocatable, private :: adds(:)    !< blocks next to those that receive
       integer, allocatable, private :: receiver(:) !< number of a block among those that receive, 0 for others
-      integer :: values = node_values    !< of a node of a patch; 3 more where the lag is corrected
+      integer :: values = node_values         !< of a node of a patch; 3 more where the lag is corrected
       real(wp), dimension(:, :, :, :, :), allocatable :: up, down ! (values, 0:5, 0:5, 0:5, edges)
       real(wp), dimension(:, :, :, :, :), allocatable, private :: first !< `up` in the first of two steps, own
       ! of the nodes of the coarser level's tiles, (3, 0:9, 0:9, 0:9):
