@@ -3,8 +3,8 @@
 module m_c_law
    use, intrinsic :: iso_c_binding, only: c_int, c_double, c_funptr, c_f_procpointer
    use m_group_reader, only: group_reader_t
-   use m_dynamic_library, only: find_procedure
    use m_user_law, only: user_law_t, points_t
+   use m_user_library, only: find_law
    implicit none
    private
    public :: c_law_t
@@ -41,21 +41,10 @@ contains
       logical, intent(out) :: found
       type(c_funptr) :: address
       procedure(c_law_interface), pointer :: law
-      character(len=:), allocatable :: complaint
-      logical :: opened
-      call find_procedure(self%library, 'c_law', address, opened, complaint)
-      found = complaint == ''
-      if (found) then
-         call c_f_procpointer(address, law)
-         self%law => law
-      else if (opened) then
-         call group%refuse('library', &
-                           'has no c_law; allowed: a library made by `make vumat FILE=mylaw.c`, '// &
-                           'of a file with a procedure c_law')
-      else
-         call group%refuse('library', 'cannot be opened ('//complaint// &
-                           '); allowed: a library made by `make vumat FILE=mylaw.c`')
-      end if
+      call find_law(self%library, group, 'c_law', 'mylaw.c', 'procedure c_law', address, found)
+      if (.not. found) return
+      call c_f_procpointer(address, law)
+      self%law => law
    end subroutine load
 
    pure subroutine evaluate(self, points)

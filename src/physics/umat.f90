@@ -5,14 +5,13 @@ module m_umat
    use m_kinds, only: wp
    use m_vectors, only: cross
    use m_group_reader, only: group_reader_t
-   use m_dynamic_library, only: find_procedure
    use m_field_table, only: layout_t
    use m_user_law, only: user_law_t, points_t, matrix_place
+   use m_user_library, only: find_law, law_name, name_size
    implicit none
    private
    public :: umat_t
 
-   integer, parameter :: name_size = 80 !< characters of CMNAME
    integer, parameter :: order(6) = [1, 2, 3, 4, 6, 5] !< 11 22 33 12 13 23 among xx yy zz xy yz xz
    integer, parameter :: static_step = 2 !< JSTEP(2): general static procedure
    !> 11 21 31 12 22 32 13 23 33 among xx yy zz xy xz yz
@@ -59,22 +58,11 @@ contains
       logical, intent(out) :: found
       type(c_funptr) :: address
       procedure(umat_interface), pointer :: law
-      character(len=:), allocatable :: complaint
-      logical :: opened
       self%turns = .false.
-      call find_procedure(self%library, 'umat_', address, opened, complaint)
-      found = complaint == ''
-      if (found) then
-         call c_f_procpointer(address, law)
-         self%law => law
-      else if (opened) then
-         call group%refuse('library', &
-                           'has no umat_; allowed: a library made by `make vumat FILE=mylaw.f`, '// &
-                           'of a file with a SUBROUTINE UMAT')
-      else
-         call group%refuse('library', 'cannot be opened ('//complaint// &
-                           '); allowed: a library made by `make vumat FILE=mylaw.f`')
-      end if
+      call find_law(self%library, group, 'umat_', 'mylaw.f', 'SUBROUTINE UMAT', address, found)
+      if (.not. found) return
+      call c_f_procpointer(address, law)
+      self%law => law
    end subroutine load
 
    !> Point by point, in the frame of the grid: stresses and strains have been turned by the step's rotation
@@ -97,14 +85,7 @@ contains
       real(c_double) :: stress(6), moduli(36), sse, spd, scd, rpl, by_heat(6), heat(6), heat_slope, share
       real(c_double) :: state(max(1, self%states)), props(max(1, size(self%constants))), begins(2)
       real(c_double) :: stored
-      character(kind=c_char) :: cmname(name_size)
-      integer :: i
       props(:size(self%constants)) = self%constants
-      cmname = ' '
-      do i = 1, len(self%label) ! in capitals
-         cmname(i) = self%label(i:i)
-         if (llt('`', cmname(i)) .and. llt(cmname(i), '{')) cmname(i) = achar(iachar(cmname(i)) - 32)
-      end do
       stress = points%stress(p, order)
       state(:self%states) = points%state(p, :)
       moduli = 0.0_wp
@@ -120,9 +101,9 @@ contains
       scd = 0.0_wp
       call self%law(stress, state, moduli, sse, spd, scd, rpl, by_heat, heat, heat_slope, &
                     doubled*points%total(p, order), doubled*points%strain(p, order), begins, &
-                    points%time_step, 0.0_wp, 0.0_wp, [0.0_wp], [0.0_wp], cmname, 3, 3, 6, self%states, &
-                    props, size(self%constants), points%place(p, :), turn(points%spin(p, :)), share, &
-                    points%size(p), in_order(points%deformation_old(p, :)), &
+                    points%time_step, 0.0_wp, 0.0_wp, [0.0_wp], [0.0_wp], law_name(self%label), 3, 3, 6, &
+                    self%states, props, size(self%constants), points%place(p, :), turn(points%spin(p, :)), &
+                    share, points%size(p), in_order(points%deformation_old(p, :)), &
                     in_order(points%deformation(p, :)), p, 1, 1, 1, [1, static_step, 1, 0], &
                     merge(2, 1, begins(2) > 0.0_wp), int(name_size, c_size_t))
       points%stress(p, order) = stress

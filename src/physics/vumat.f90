@@ -4,13 +4,11 @@ module m_vumat
    use, intrinsic :: iso_c_binding, only: c_int, c_double, c_char, c_size_t, c_funptr, c_f_procpointer
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t
-   use m_dynamic_library, only: find_procedure
    use m_user_law, only: user_law_t, points_t
+   use m_user_library, only: find_law, law_name, name_size
    implicit none
    private
    public :: vumat_t
-
-   integer, parameter :: name_size = 80 !< characters of CMNAME
 
    abstract interface
       !> As its manual says; the length of CMNAME comes last, as Fortran compilers hand it over.
@@ -50,21 +48,10 @@ contains
       logical, intent(out) :: found
       type(c_funptr) :: address
       procedure(vumat_interface), pointer :: law
-      character(len=:), allocatable :: complaint
-      logical :: opened
-      call find_procedure(self%library, 'vumat_', address, opened, complaint)
-      found = complaint == ''
-      if (found) then
-         call c_f_procpointer(address, law)
-         self%law => law
-      else if (opened) then
-         call group%refuse('library', &
-                           'has no vumat_; allowed: a library made by `make vumat FILE=mylaw.f`, '// &
-                           'of a file with a SUBROUTINE VUMAT')
-      else
-         call group%refuse('library', 'cannot be opened ('//complaint// &
-                           '); allowed: a library made by `make vumat FILE=mylaw.f`')
-      end if
+      call find_law(self%library, group, 'vumat_', 'mylaw.f', 'SUBROUTINE VUMAT', address, found)
+      if (.not. found) return
+      call c_f_procpointer(address, law)
+      self%law => law
    end subroutine load
 
    !> One block of points of a solid: three direct and three shear components. There are no field variables;
@@ -74,23 +61,17 @@ contains
       type(points_t), intent(inout) :: points
       integer(c_int) :: jblock(4 + points%count)
       real(c_double) :: nothing(max(1, points%count)), props(max(1, size(self%constants)))
-      character(kind=c_char) :: cmname(name_size)
       integer :: i
       nothing = 0.0_wp
       props(:size(self%constants)) = self%constants
       ! laws that ask which point they have got find its number in the block; layer and section point are 1
       jblock = [points%count, 1, 1, 1, (i, i=1, points%count)]
-      cmname = ' '
-      do i = 1, len(self%label) ! in capitals
-         cmname(i) = self%label(i:i)
-         if (llt('`', cmname(i)) .and. llt(cmname(i), '{')) cmname(i) = achar(iachar(cmname(i)) - 32)
-      end do
       call self%law(jblock, 3, 3, self%states, 0, size(self%constants), 0, points%time, points%time, &
-                    points%time_step, cmname, points%place, points%size, props, points%density, &
-                    points%strain, points%spin, nothing, points%stretch_old, points%deformation_old, &
-                    nothing, points%stress_old, points%state_old, points%energy_old, points%inelastic_old, &
-                    nothing, points%stretch, points%deformation, nothing, points%stress, points%state, &
-                    points%energy, points%inelastic, int(name_size, c_size_t))
+                    points%time_step, law_name(self%label), points%place, points%size, props, &
+                    points%density, points%strain, points%spin, nothing, points%stretch_old, &
+                    points%deformation_old, nothing, points%stress_old, points%state_old, points%energy_old, &
+                    points%inelastic_old, nothing, points%stretch, points%deformation, nothing, &
+                    points%stress, points%state, points%energy, points%inelastic, int(name_size, c_size_t))
    end subroutine evaluate
 
 end module m_vumat
