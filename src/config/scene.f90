@@ -22,6 +22,7 @@ module m_scene
    real(wp), parameter, public :: largest_friction = 10.0_wp !< coefficient, of tools and between bodies
    character(len=*), parameter, public :: rest_group = 'rest' !< the contact group of bodies that name none
    integer, parameter, public :: start_apart = 1, start_as_is = 2
+   integer, parameter, public :: mode_static = 1, mode_newmark = 2
 
    !> &grid: the background grid. Sides in the order x- x+ y- y+ z- z+.
    type, public :: grid_spec_t
@@ -159,7 +160,7 @@ module m_scene
       real(wp) :: press_fit = 0.0_wp     !< time over which it is pressed out, s
    end type body_contact_spec_t
 
-   !> &quasi_static: equilibrium after each step, without inertia.
+   !> &quasi_static: implicit steps, without inertia or with it.
    type, public :: quasi_static_spec_t
       logical :: present = .false.       !< no &quasi_static group: the explicit scheme
       real(wp) :: step = 0.0_wp          !< the first, s
@@ -171,8 +172,11 @@ module m_scene
       real(wp) :: creep_limit = 0.1_wp   !< of all stress, by which it may relax at rest in a step
       real(wp) :: stabilisation = 1.0_wp/30.0_wp !< of the ghost penalty, in Young's modulus; 0: none
       logical :: iterations = .false.    !< every Newton iteration is told
+      integer :: mode = mode_static
+      real(wp) :: theta = 0.5_wp         !< with inertia: share of a step's end in its mean forces and speeds
    contains
       procedure :: holds_at
+      procedure :: has_inertia
    end type quasi_static_spec_t
 
    !> &guard
@@ -293,6 +297,12 @@ contains
       hair = 1.0e-9_wp*abs(time)
       holds_at = self%present .and. time >= self%from - hair .and. time < self%to - hair
    end function holds_at
+
+   !> True where implicit steps have inertia.
+   pure logical function has_inertia(self)
+      class(quasi_static_spec_t), intent(in) :: self
+      has_inertia = self%present .and. self%mode == mode_newmark
+   end function has_inertia
 
    !> Number of the velocity fields: one for each contact group.
    pure integer function fields(self)

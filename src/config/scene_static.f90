@@ -6,6 +6,7 @@ module m_scene_static
    use m_group_reader, only: group_reader_t
    use m_namelist_text, only: namelist_text_t
    use m_scene, only: scene_t, quasi_static_spec_t, update_usl, criterion_none
+   use m_scene_words, only: static_mode_words
    use m_value_range, only: above, at_least
    use m_words, only: joined
    implicit none
@@ -23,6 +24,7 @@ contains
    subroutine describe_quasi_static(group, spec)
       type(group_reader_t), intent(inout) :: group
       type(quasi_static_spec_t), intent(inout) :: spec
+      call group%get_choice('mode', spec%mode, static_mode_words)
       call group%get('step', spec%step, above(0.0_wp, 's'), required=.true.)
       call group%get('max_step', spec%max_step, at_least(0.0_wp, 's'))
       call group%get('from', spec%from, at_least(0.0_wp, 's'))
@@ -34,6 +36,12 @@ contains
       call group%get('creep_limit', spec%creep_limit, above(0.0_wp, '', at_most=0.5_wp))
       call group%get('stabilisation', spec%stabilisation, at_least(0.0_wp, '', at_most=1.0_wp))
       call group%get('iterations', spec%iterations)
+      if (group%is_given('theta') .and. .not. spec%has_inertia()) &
+         call group%refuse('theta', 'is for mode=''newmark''; leave it out')
+      if (spec%has_inertia() .or. .not. group%is_writing()) &
+         call group%get('theta', spec%theta, at_least(0.5_wp, '', at_most=1.0_wp))
+      if (spec%has_inertia() .and. spec%ramp > 0.0_wp) &
+         call group%refuse('ramp', 'not with mode=''newmark'', whose loads come on by their own times')
       if (spec%max_step > 0.0_wp .and. spec%max_step < spec%step) &
          call group%refuse('max_step', 'must not be below step; 0 for no limit')
    end subroutine describe_quasi_static
@@ -76,6 +84,31 @@ contains
       if (scene%time%time_step > 0.0_wp) &
          call fail(error, exit_input, text%place('time', 1, 'time_step')//': not with &quasi_static, '// &
                    'whose own step counts; leave it out')
+      if (scene%quasi_static%has_inertia()) call check_inertia(text, scene, error)
    end subroutine check_quasi_static
+
+   !> Tools that loads push have no mass in implicit steps.
+   subroutine check_inertia(text, scene, error)
+      type(namelist_text_t), intent(in) :: text
+      type(scene_t), intent(in) :: scene
+      type(error_t), intent(inout) :: error
+      integer :: i
+      do i = 1, size(scene%tools)
+         if (pushed(i)) &
+            call fail(error, exit_input, text%line_of('tool', i)//', &tool: loads are not with mode='// &
+                      '''newmark'' of &quasi_static, whose tools have no mass; give speeds, or take the '// &
+                      'explicit scheme')
+      end do
+   contains
+      pure logical function pushed(i)
+         integer, intent(in) :: i
+         integer :: k
+         pushed = allocated(scene%tools(i)%loads)
+         if (pushed .or. .not. allocated(scene%tools(i)%motions)) return
+         do k = 1, size(scene%tools(i)%motions)
+            pushed = pushed .or. allocated(scene%tools(i)%motions(k)%loads)
+         end do
+      end function pushed
+   end subroutine check_inertia
 
 end module m_scene_static

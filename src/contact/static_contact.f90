@@ -40,6 +40,7 @@ module m_static_contact
       integer :: count = 0
       type(static_tools_t) :: tools
       logical :: rubs = .false.             !< some tool has friction
+      real(wp) :: share = 1.0_wp !< of the forces of points here, what they are over the step
    contains
       procedure :: find
       procedure :: move
@@ -137,13 +138,13 @@ contains
          k = materials%of_body(block%particles%body(p))
          young = 0.5_wp/materials%slots(k)%law%complementary_energy( &
                  [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp])
-         new%yielding = compliance*level%grid%cell/(young*c%area)
+         new%yielding = self%share*compliance*level%grid%cell/(young*c%area)
          new%barred = self%tools%away(t)
-         if (.not. new%barred) new%force = column(p, columns(1))*c%area
+         if (.not. new%barred) new%force = column(p, columns(1))*c%area/self%share
          new%pressed = (new%force > 0.0_wp .or. gap <= touches*level%grid%cell) .and. .not. new%barred
          c%friction = self%tools%now(t)%spec%friction
          if (c%friction > 0.0_wp) then
-            new%rub = column(p, columns(2):columns(2) + 2)*c%area
+            new%rub = column(p, columns(2):columns(2) + 2)*c%area/self%share
             new%kept = -new%yielding*new%rub
          end if
       end associate

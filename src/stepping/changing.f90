@@ -24,6 +24,7 @@ module m_changing
       procedure :: start
       procedure :: next_step
       procedure :: step
+      procedure, private :: kind
       procedure :: keeps_state
       procedure :: news
       procedure :: summary
@@ -67,7 +68,7 @@ contains
          self%holds = .not. self%holds
          call self%statics%change(model, self%holds)
          self%told = self%told//'steps      from time '//si(model%time, 's')//' on they are '// &
-                     trim(merge('quasi-static', 'explicit    ', self%holds))//new_line('a')
+                     trim(merge(self%kind(), 'explicit    ', self%holds))//new_line('a')
       end if
       if (self%holds) then
          call self%statics%step(model, time_step, error)
@@ -81,6 +82,12 @@ contains
                   new_line('a')
       call bound_speeds(model)
    end subroutine step
+
+   !> What implicit steps are called.
+   pure character(len=12) function kind(self)
+      class(changing_t), intent(in) :: self
+      kind = merge('implicit    ', 'quasi-static', self%spec%has_inertia())
+   end function kind
 
    pure logical function keeps_state(self)
       class(changing_t), intent(in) :: self

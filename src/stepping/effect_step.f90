@@ -251,10 +251,11 @@ contains
    end subroutine keep_push
 
    !> The push becomes the mean of the one that was kept and of itself, of which the work is measured.
-   subroutine mean_push(self)
+   subroutine mean_push(self, share)
       class(effect_step_t), intent(inout) :: self
+      real(wp), intent(in) :: share !< of itself
       if (.not. (allocated(self%push) .and. allocated(self%earlier_push))) return
-      self%push = 0.5_wp*(self%push + self%earlier_push)
+      self%push = share*self%push + (1.0_wp - share)*self%earlier_push
    end subroutine mean_push
 
    !> True where effects push points of a block's particles in this step.

@@ -39,7 +39,7 @@ module m_equilibrium
    real(wp), parameter :: closed = 1.0e-6_wp !< cells: what gaps may be off by
    real(wp), parameter :: longest = 0.5_wp   !< component of the gradient of a change in one iteration
    real(wp), parameter :: least_determinant = 0.05_wp, largest_gradient = 0.95_wp
-   real(wp), parameter :: overshoot = 0.8_wp !< of the slope at the start, at the end of a Newton step
+   real(wp), parameter :: overshoot = 0.4_wp !< of the slope at the start, at the end of a Newton step
 
 contains
 

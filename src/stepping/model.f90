@@ -173,7 +173,7 @@ contains
       self%communicator = communicator
       self%method = scene%time
       self%has_statics = scene%quasi_static%present
-      self%has_inertia = .not. scene%quasi_static%holds_at(0.0_wp)
+      self%has_inertia = scene%quasi_static%has_inertia() .or. .not. scene%quasi_static%holds_at(0.0_wp)
       self%materials = make_materials(scene)
       associate (materials => self%materials)
          self%stuff = [(stuff_t(materials%slots(materials%of_body(e))%law%density, &

@@ -1,29 +1,25 @@
-!> Quasi-static steps: the model goes from one equilibrium to the next, however long that takes (theory.md,
-!> Quasi-static steps). Particles change only when a step has its equilibrium.
+!> Implicit steps: the model goes from one equilibrium to the next, however long that takes, without inertia
+!> or with it (theory.md, Quasi-static steps). Particles change only when a step has its equilibrium.
 module m_quasi_static
    use m_kinds, only: wp, i8
    use m_constants, only: exit_numerical
    use m_errors, only: error_t, fail
    use m_text, only: to_text, si
    use m_timers
-   use m_node_values, only: v_x, v_z
    use m_scene, only: scene_t, quasi_static_spec_t
    use m_field_table, only: layout_t
    use m_particle_store, only: particle_store_t
-   use m_g2p_boxes, only: motion_t
    use m_pressure, only: pressure_t
    use m_norton, only: norton_t
    use m_model, only: model_t, bounds_t
    use m_integrator, only: integrator_t
    use m_complaints, only: particle_text
-   use m_g2p_stage, only: g2p_block, follow_loads
-   use m_stress_stage, only: stress_block
-   use m_cells_stage, only: cells_block
+   use m_static_motion, only: take_along
    use m_advance, only: migrate
-   use m_trial_state, only: relaxation, part_of_gradient
+   use m_trial_state, only: relaxation
    use m_equilibrium, only: equilibrium_t, found, turned, too_far, too_long
    use m_static_loads, only: find_contact, book_contact
-   use m_static_levels, only: longest_way
+   use m_static_levels, only: longest_way, spread_aside
    use m_contact_complaints, only: forbid_contact
    use m_move_regions, only: move_regions, forget_edge_stress
    use m_static_times, only: next_stop
@@ -92,11 +88,17 @@ contains
       self%equilibrium%system%ramp = self%spec%ramp
       if (self%spec%ramp > 0.0_wp) model%effect_step%follows_particles = .false. ! they do not know of it
       self%ahead = model%works_ahead
-      model%has_inertia = .not. scene%quasi_static%holds_at(model%time)
+      self%equilibrium%system%inertia%acts = self%spec%has_inertia()
+      if (self%spec%has_inertia()) then
+         self%equilibrium%system%inertia%share = self%spec%theta
+         self%equilibrium%system%contact%share = self%spec%theta
+         if (.not. self%spec%max_step > 0.0_wp) self%spec%max_step = self%spec%step
+      end if
+      model%has_inertia = self%spec%has_inertia() .or. .not. self%spec%holds_at(model%time)
       call self%change(model, scene%quasi_static%holds_at(model%time))
    end subroutine start
 
-   !> Steps are quasi-static from here on, or explicit. Particles begin at rest where they get inertia.
+   !> Steps are implicit from here on, or explicit. Particles begin at rest where they get inertia.
    subroutine change(self, model, holds)
       class(quasi_static_t), intent(in) :: self
       type(model_t), intent(inout) :: model
@@ -122,7 +124,7 @@ contains
          end associate
       end do
       if (holds .or. .not. model%has_inertia) call forget_edge_stress(model)
-      model%has_inertia = .not. holds
+      model%has_inertia = self%spec%has_inertia() .or. .not. holds
    end subroutine change
 
    pure subroutine put_at_rest(particles, at)
@@ -233,7 +235,8 @@ contains
       logical, intent(out) :: done
       call self%equilibrium%system%contact%tools%begin(model%contact%tools, model%time, time_step, &
                                                        self%spec%ramp)
-      self%equilibrium%system%goes_on = self%equilibrium%system%contact%rubs .and. .not. self%failed_before
+      self%equilibrium%system%goes_on = self%spec%has_inertia() .or. &
+                                        (self%equilibrium%system%contact%rubs .and. .not. self%failed_before)
       call self%equilibrium%system%begin(model, model%time, time_step, self%spec%stabilisation)
       call find_contact(self%equilibrium%system%contact, model, self%compliance)
       call self%equilibrium%solve(self%spec%tolerance)
@@ -258,10 +261,21 @@ contains
       integer :: l
       model%bounds = bounds_t()
       model%last_step = 0.0_wp ! places and velocities are of one time
-      call book_contact(self%equilibrium%system%contact, model, time_step)
+      call book_contact(self%equilibrium%system%contact, model, time_step, self%spec%has_inertia())
+      if (self%spec%has_inertia()) then
+         associate (it => self%equilibrium)
+            call spread_aside(it%system%levels, model, it%system%inertia%mean_acceleration(it%z, time_step))
+            call it%system%set_motion(it%z)
+         end associate
+      end if
       do l = size(model%levels), 1, -1
          call model%timers%on_level(l)
-         call take_along(model, l, time_step, self%equilibrium%system%parts, error)
+         if (self%spec%has_inertia()) then
+            call take_along(model, l, time_step, self%equilibrium%system%parts, error, self%spec%theta, &
+                            self%equilibrium%system%levels(l)%forces)
+         else
+            call take_along(model, l, time_step, self%equilibrium%system%parts, error)
+         end if
          if (l < size(model%levels)) &
             call forbid_contact(model%contact%tools, model%levels(l), model%levels(size(model%levels)), error)
          call migrate(model, l, error)
@@ -277,49 +291,6 @@ contains
       call move_regions(model, error)
       call model%timers%leave()
    end subroutine commit
-
-   !> The particles of a level follow its nodes, which hold the displacements of a step.
-   subroutine take_along(model, l, time_step, parts, error)
-      type(model_t), intent(inout) :: model
-      integer, intent(in) :: l, parts
-      real(wp), intent(in) :: time_step !< s
-      type(error_t), intent(inout) :: error
-      type(motion_t) :: motion
-      integer :: b
-      associate (level => model%levels(l))
-         motion = motion_t(time_step, 0.0_wp, level%layout%position)
-         do b = 1, size(level%blocks)
-            level%nodes(v_x:v_z, :, :, :, b) = level%nodes(v_x:v_z, :, :, :, b)/time_step
-            call level%blocks(b)%count_disorder()
-            if (model%effect_step(l)%acts_on_nodes) call model%effect_step(l)%measure(level, b, time_step)
-            if (level%blocks(b)%particles%count > 0) then
-               call g2p_block(model, l, b, motion, model%time, error)
-               call stress_in_parts(model, l, b, parts, time_step, error)
-               call follow_loads(model, l, b, motion, model%time)
-            end if
-            call cells_block(model, l, b, error)
-            level%blocks(b)%deposited = 0
-         end do
-         level%sums_wait = .false.
-      end associate
-   end subroutine take_along
-
-   !> Stress, volumes and domains of a block, in as many parts as the laws were asked in.
-   subroutine stress_in_parts(model, l, b, parts, time_step, error)
-      type(model_t), intent(inout) :: model
-      integer, intent(in) :: l, b, parts
-      real(wp), intent(in) :: time_step !< the whole, s
-      type(error_t), intent(inout) :: error
-      real(wp), allocatable :: whole(:, :)
-      integer :: k, n
-      n = model%levels(l)%blocks(b)%particles%count
-      if (parts > 1) whole = time_step*model%levels(l)%gradient(:n, :)
-      do k = 1, parts
-         if (k > 1) call part_of_gradient(n, whole, k, parts, time_step, model%levels(l)%gradient)
-         call stress_block(model, l, b, time_step/parts, error)
-      end do
-      if (parts > 1) model%levels(l)%gradient(:n, :) = whole/time_step
-   end subroutine stress_in_parts
 
    !> The next step: longer where this one was easy, but not so long that particles move too far. One that was
    !> cut short to meet a time, or for creep, does not shorten those that follow.
@@ -414,7 +385,8 @@ contains
       class(quasi_static_t), intent(in) :: self
       character(len=:), allocatable :: text
       associate (steps => real(max(1_i8, self%steps), wp))
-         text = 'quasi-static: '//to_text(self%steps)//' steps, '//to_text(self%newton/steps, 3)// &
+         text = trim(merge('newmark:     ', 'quasi-static:', self%spec%has_inertia()))//' '// &
+                to_text(self%steps)//' steps, '//to_text(self%newton/steps, 3)// &
                 ' Newton iterations, '//to_text(self%solves/steps, 3)//' linear solves and '// &
                 to_text(self%products/steps, 4)//' products a step; '//to_text(self%halved)//' times halved'
       end associate

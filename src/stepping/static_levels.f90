@@ -2,7 +2,7 @@
 !> moves with it, and hands its forces up to it (theory.md, eq. static-levels).
 module m_static_levels
    use m_kinds, only: wp
-   use m_node_values, only: v_x, f_x
+   use m_node_values, only: v_x, v_z, f_x
    use m_boundary, only: apply_boundary
    use m_static_edges, only: spread_down, set_hanging, hand_up, take_up
    use m_model, only: model_t
@@ -13,7 +13,8 @@ module m_static_levels
    use m_ghost_penalty, only: ghost_penalty_t, mark_cells
    implicit none
    private
-   public :: static_level_t, fit_levels, number_levels, spread, collect, gather_all, find_ghost, longest_way
+   public :: static_level_t, fit_levels, number_levels, spread, spread_aside, collect, gather_all, find_ghost, &
+             longest_way
 
    !> Unknowns of a level, in a vector of all after those of the coarser levels.
    type :: static_level_t
@@ -111,6 +112,21 @@ contains
          end associate
       end do
    end subroutine spread
+
+   !> Collective: the same of other values, into the places of velocities of the levels' `forces`. What the
+   !> nodes held is gone.
+   subroutine spread_aside(levels, model, values)
+      type(static_level_t), intent(inout) :: levels(:)
+      type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: values(:)
+      integer :: l
+      call spread(levels, model, values)
+      do l = 1, size(levels)
+         associate (own => size(model%levels(l)%blocks))
+            levels(l)%forces(v_x:v_z, :, :, :, :own) = model%levels(l)%nodes(v_x:v_z, :, :, :, :own)
+         end associate
+      end do
+   end subroutine spread_aside
 
    !> Collective: forces in all tiles, each what a block gave, to the unknowns. `diagonal`: they are a
    !> diagonal of the stiffness.

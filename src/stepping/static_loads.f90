@@ -82,11 +82,13 @@ contains
    end function least_gap
 
    !> Collective: loads, works and pressures of the equilibrium, of which the nodes hold the displacements;
-   !> tools go to the step's end. Work is that of the mean of the loads at both ends.
-   subroutine book_contact(contact, model, time_step)
+   !> tools go to the step's end. Work is that of the mean of the loads at both ends; with inertia loads are
+   !> means over the step themselves.
+   subroutine book_contact(contact, model, time_step, over_step)
       type(static_contact_t), intent(in) :: contact
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: time_step !< s
+      logical, intent(in) :: over_step  !< loads are means over the step
       type(reaction_t) :: reactions(size(contact%tools%now))
       real(wp) :: load(3), moment(3)
       integer :: t
@@ -102,6 +104,7 @@ contains
             moment = state%moment
             tool = contact%tools%now(t)
             call state%book(reactions(t), tool, [0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp], time_step)
+            if (over_step) cycle
             state%work = state%work + 0.5_wp*time_step*dot_product(state%load - load, tool%velocity)
             if (tool%pivot > 0) &
                state%work = state%work + 0.5_wp*time_step*dot_product(state%moment - moment, tool%spin)
@@ -128,10 +131,10 @@ contains
             if (it%barred) cycle
             state%overlap = max(state%overlap, -it%gap)
             if (.not. it%force > 0.0_wp) cycle
-            force = it%force*it%normal + it%rub
+            force = contact%share*(it%force*it%normal + it%rub)
             sums%load = sums%load - force
             sums%moment = sums%moment - cross(it%place - contact%tools%now(it%point%tool)%point, force)
-            sums%heat = sums%heat - dot_product(it%rub, it%slip + it%yielding*it%rub)
+            sums%heat = sums%heat - contact%share*dot_product(it%rub, it%slip + it%yielding*it%rub)
          end associate
       end do
    end subroutine gather
@@ -160,10 +163,10 @@ contains
                if (.not. it%force > 0.0_wp) cycle
                block%pressed = .true.
                associate (column => block%particles%column, p => it%point%particle)
-                  column(p, at%pressure) = column(p, at%pressure) + it%force/it%point%area
+                  column(p, at%pressure) = column(p, at%pressure) + contact%share*it%force/it%point%area
                   column(p, at%carried + it%point%tool - 1) = tiny(1.0_wp)
                   if (it%point%friction > 0.0_wp) column(p, at%traction:at%traction + 2) &
-                     = column(p, at%traction:at%traction + 2) + it%rub/it%point%area
+                     = column(p, at%traction:at%traction + 2) + contact%share*it%rub/it%point%area
                end associate
             end associate
          end do

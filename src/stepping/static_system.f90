@@ -14,6 +14,7 @@ module m_static_system
    use m_static_contact, only: static_contact_t
    use m_model, only: model_t
    use m_static_tiles, only: put_loads, put_accelerations, read_motion, take_gradients, stiffest
+   use m_static_inertia, only: static_inertia_t
    use m_static_levels, only: static_level_t, fit_levels, number_levels, spread, collect, gather_all, &
                               find_ghost, longest_way
    use m_trial_state, only: verdict_t
@@ -27,6 +28,7 @@ module m_static_system
       type(model_t), pointer :: model => null()
       type(static_level_t), allocatable :: levels(:)
       type(static_contact_t) :: contact
+      type(static_inertia_t) :: inertia
       real(wp), allocatable :: load(:)               !< (unknowns): of effects at the step's end, N
       real(wp), allocatable :: diagonal(:)           !< (unknowns): of the stiffness, N/m
       real(wp), allocatable :: bare(:)               !< the same without pressed points
@@ -84,17 +86,19 @@ contains
          if (size(self%work, 1) < largest) deallocate (self%work, self%product)
       end if
       if (.not. allocated(self%work)) allocate (self%work(largest, 27), self%product(largest, 9))
-      if (any(model%effect_step%adds_forces) .or. time < self%ramp) then
-         call self%hold_loads(time)
+      if (any(model%effect_step%adds_forces) .or. time < self%ramp .or. self%inertia%acts) then
+         call self%hold_loads(time, number=self%inertia%acts, stress=self%inertia%acts)
+         if (self%inertia%acts) call self%inertia%begin(self%levels, model, time_step, &
+                                                        self%guess/time_step, self%load)
          do l = 1, size(model%effect_step)
             call model%effect_step(l)%keep_push()
          end do
-         call self%hold_loads(time + time_step, number=.true.)
+         call self%hold_loads(time + time_step, number=.true., stress=.false.)
          do l = 1, size(model%effect_step)
-            call model%effect_step(l)%mean_push()
+            call model%effect_step(l)%mean_push(merge(self%inertia%share, 0.5_wp, self%inertia%acts))
          end do
       else
-         call self%hold_loads(time + time_step, number=.true.)
+         call self%hold_loads(time + time_step, number=.true., stress=.false.)
       end if
       associate (tools => self%contact%tools)
          if (self%extra > 0) self%load(self%nodal + 1:) = &
@@ -106,16 +110,17 @@ contains
    end subroutine begin
 
    !> Collective: forces of effects at a time on the nodes.
-   subroutine hold_loads(self, time, number)
+   subroutine hold_loads(self, time, number, stress)
       class(static_system_t), intent(inout) :: self
       real(wp), intent(in) :: time
-      logical, intent(in), optional :: number !< number the unknowns, and keep the loads
+      logical, intent(in) :: number !< number the unknowns, and keep the loads
+      logical, intent(in) :: stress !< with those of the particles' stress
       real(wp), allocatable :: more(:)
       integer :: l
       if (.not. allocated(self%load)) allocate (self%load(0))
       associate (model => self%model)
-         call put_loads(model, time)
-         if (present(number)) then
+         call put_loads(model, time, stress)
+         if (number) then
             self%nodal = number_levels(self%levels, model)
             self%extra = 0
             if (model%communicator%is_root()) self%extra = self%contact%tools%count
@@ -137,7 +142,7 @@ contains
             call put_accelerations(model, time)
             call fit(more)
             call gather_all(self%levels, model, a_x, more)
-            if (present(number)) self%load = self%load + more
+            if (number) self%load = self%load + more
          end if
          if (.not. time < self%ramp) return
          do l = 1, size(model%effect_step)
@@ -200,6 +205,7 @@ contains
          call collect(self%levels, model, motion_parity, force)
          if (self%extra > 0) force(self%nodal + 1:) = 0.0_wp
          force = force + self%load
+         if (self%inertia%acts) force = force + self%inertia%steady - self%inertia%stiffness*z
          self%scale = max(2.0_wp*sqrt(model%communicator%sum_real(squares)), &
                           no_force*stiffest(model)*finest%grid%cell**2)
       end associate
@@ -229,6 +235,7 @@ contains
       call self%contact%curve(self%model%levels(size(self%levels))%grid%cell)
       call collect(self%levels, self%model, even, self%bare, diagonal=.true.)
       if (self%extra > 0) self%bare(self%nodal + 1:) = 0.0_wp
+      if (self%inertia%acts) self%bare = self%bare + self%inertia%stiffness
    end subroutine linearise
 
    !> Collective: the diagonal with the points that are pressed now.
@@ -318,6 +325,7 @@ contains
       call self%resist(from, sums)
       call collect(self%levels, self%model, motion_parity, to)
       call self%give_ways(sums, to)
+      if (self%inertia%acts) to = to + self%inertia%stiffness*from
    end subroutine multiply
 
    !> Collective: add the points' part of a product to the forces, and to what pushes the ways of tools.

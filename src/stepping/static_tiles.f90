@@ -20,11 +20,12 @@ module m_static_tiles
 
 contains
 
-   !> Collective: masses and momenta of the nodes, and the forces on them of effects at a time; the finest
-   !> level first, for each hands what hanging nodes were given up to the next.
-   subroutine put_loads(model, time)
+   !> Collective: masses and momenta of the nodes, and the forces on them of effects at a time, and of stress
+   !> where wanted; the finest level first, for each hands what hanging nodes were given up to the next.
+   subroutine put_loads(model, time, stress)
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: time !< s
+      logical, intent(in) :: stress
       integer :: b, l
       do l = size(model%levels), 1, -1
          call model%timers%enter(phase_p2g)
@@ -34,7 +35,7 @@ contains
                call clear(level%nodes(:, :, :, :, b))
                call p2g(level%blocks(b)%cells, level%blocks(b)%particles%column, level%layout, &
                         frame_of(level, level%blocks(b)), level%nodes(:, :, :, :, b))
-               level%nodes(a_x:a_z, :, :, :, b) = 0.0_wp
+               if (.not. stress) level%nodes(a_x:a_z, :, :, :, b) = 0.0_wp
                if (effects%acts_on_nodes) &
                   call effects%add_body_forces(model%effects, level, b, time, model%timers)
             end do

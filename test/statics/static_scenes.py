@@ -33,10 +33,10 @@ def tool(directory, name):
     return History(Path(directory) / f"tool_{name}.dat")
 
 
-def counts(log):
+def counts(log, kind="quasi-static"):
     """Steps; Newton iterations, solves and products a step; times halved."""
     found = re.search(
-        r"quasi-static: (\d+) steps, (\S+) Newton iterations, (\S+) linear solves and (\S+) products a step; "
+        kind + r": (\d+) steps, (\S+) Newton iterations, (\S+) linear solves and (\S+) products a step; "
         r"(\d+) times",
         log,
     )
