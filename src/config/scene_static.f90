@@ -5,8 +5,8 @@ module m_scene_static
    use m_errors, only: error_t, fail
    use m_group_reader, only: group_reader_t
    use m_namelist_text, only: namelist_text_t
-   use m_scene, only: scene_t, quasi_static_spec_t, update_usl, criterion_none
-   use m_scene_words, only: static_mode_words
+   use m_scene, only: scene_t, quasi_static_spec_t, update_usl, criterion_none, preconditioner_gamg
+   use m_scene_words, only: static_mode_words, preconditioner_words
    use m_value_range, only: above, at_least
    use m_words, only: joined
    implicit none
@@ -36,6 +36,7 @@ contains
       call group%get('creep_limit', spec%creep_limit, above(0.0_wp, '', at_most=0.5_wp))
       call group%get('stabilisation', spec%stabilisation, at_least(0.0_wp, '', at_most=1.0_wp))
       call group%get('iterations', spec%iterations)
+      call group%get_choice('preconditioner', spec%preconditioner, preconditioner_words)
       if (group%is_given('theta') .and. .not. spec%has_inertia()) &
          call group%refuse('theta', 'is for mode=''newmark''; leave it out')
       if (spec%has_inertia() .or. .not. group%is_writing()) &
@@ -74,6 +75,9 @@ contains
          call fail(error, exit_input, text%place('level', i, 'criterion')//': not with &quasi_static, '// &
                    'whose levels stay or follow; give the level a box or a sphere, or take the '// &
                    'explicit scheme')
+      if (scene%quasi_static%preconditioner == preconditioner_gamg .and. size(scene%levels) > 0) &
+         call fail(error, exit_input, text%place('quasi_static', 1, 'preconditioner')//': gamg is not '// &
+                   'with &level, for its elements are those of one grid; take jacobi')
       if (scene%fields() > 1) &
          call fail(error, exit_input, text%line_of('quasi_static', 1)//', &quasi_static: not with more '// &
                    'than one contact_group; leave contact_group out, so that bodies are bonded where '// &

@@ -18,7 +18,21 @@ module m_krylov
       procedure(product_interface), deferred :: multiply
    end type krylov_operator_t
 
+   !> What may stand for the inverse of the system in place of its diagonal.
+   type, abstract, public :: krylov_preconditioner_t
+   contains
+      procedure(cycle_interface), deferred :: apply
+   end type krylov_preconditioner_t
+
    abstract interface
+      !> Collective: about the inverse of K times from, symmetric.
+      subroutine cycle_interface(self, from, to)
+         import :: krylov_preconditioner_t, wp
+         class(krylov_preconditioner_t), intent(inout) :: self
+         real(wp), intent(in), contiguous :: from(:)
+         real(wp), intent(out), contiguous :: to(:)
+      end subroutine cycle_interface
+
       !> Collective: to = K from, of this rank's unknowns.
       subroutine product_interface(self, from, to)
          import :: krylov_operator_t, wp
@@ -51,16 +65,18 @@ module m_krylov
 
    !> What PETSc's callbacks work on during a solve.
    class(krylov_operator_t), pointer :: current_operator => null()
+   class(krylov_preconditioner_t), pointer :: current_preconditioner => null()
    real(wp), pointer :: current_diagonal(:) => null()
 
 contains
 
    !> Collective: objects for `unknowns` on this rank; those that are there are kept where all ranks' fit.
-   subroutine fit(self, comm, unknowns, fits)
+   subroutine fit(self, comm, unknowns, fits, preconditioned)
       class(krylov_t), intent(inout) :: self
       integer, intent(in) :: comm     !< the handle of the ranks' communicator
       integer, intent(in) :: unknowns !< on this rank; may be 0
       logical, intent(in) :: fits     !< on all ranks the number is that of the last call
+      logical, intent(in) :: preconditioned !< by what is given with each system, not by the diagonal
       PetscErrorCode :: ierr
       PetscInt :: n
       if (fits .and. self%unknowns == unknowns) return
@@ -88,7 +104,12 @@ contains
          PetscCallA(KSPSetType(solver, method, ierr))
          PetscCallA(KSPSetNormType(solver, KSP_NORM_UNPRECONDITIONED, ierr))
          PetscCallA(KSPGetPC(solver, preconditioner, ierr))
-         PetscCallA(PCSetType(preconditioner, PCJACOBI, ierr))
+         if (preconditioned) then
+            PetscCallA(PCSetType(preconditioner, PCSHELL, ierr))
+            PetscCallA(PCShellSetApply(preconditioner, precondition, ierr))
+         else
+            PetscCallA(PCSetType(preconditioner, PCJACOBI, ierr))
+         end if
          PetscCallA(KSPSetOperators(solver, self%shell, self%shell, ierr))
       end subroutine make
    end subroutine fit
@@ -101,10 +122,11 @@ contains
 
    !> Collective: x with |b - K x| <= residual, from 0, by conjugate gradients where K is symmetric; what they
    !> have come to where they meet a direction of negative stiffness first.
-   subroutine solve(self, operator, diagonal, b, x, residual, symmetric, products, solved)
+   subroutine solve(self, operator, diagonal, preconditioner, b, x, residual, symmetric, products, solved)
       class(krylov_t), intent(inout) :: self
       class(krylov_operator_t), intent(inout), target :: operator
       real(wp), intent(in), target, contiguous :: diagonal(:) !< of K, above 0
+      class(krylov_preconditioner_t), intent(inout), target :: preconditioner !< where it was fitted so
       real(wp), intent(in) :: b(:)
       real(wp), intent(out) :: x(:)
       real(wp), intent(in) :: residual
@@ -118,6 +140,7 @@ contains
       KSP :: solver
       current_operator => operator
       current_diagonal => diagonal
+      current_preconditioner => preconditioner
       PetscCallA(VecGetArrayF90(self%right_side, values, ierr))
       values = b
       PetscCallA(VecRestoreArrayF90(self%right_side, values, ierr))
@@ -136,7 +159,7 @@ contains
       PetscCallA(VecGetArrayReadF90(self%solution, values, ierr))
       x = values
       PetscCallA(VecRestoreArrayReadF90(self%solution, values, ierr))
-      nullify (current_operator, current_diagonal)
+      nullify (current_operator, current_diagonal, current_preconditioner)
    end subroutine solve
 
    !> PETSc's product with the matrix.
@@ -151,6 +174,19 @@ contains
       PetscCallA(VecRestoreArrayReadF90(x, from, ierr))
       PetscCallA(VecRestoreArrayF90(y, to, ierr))
    end subroutine multiply
+
+   !> PETSc's product with the preconditioner.
+   subroutine precondition(its, x, y, ierr)
+      PC :: its
+      Vec :: x, y
+      PetscErrorCode :: ierr
+      PetscScalar, pointer :: from(:), to(:)
+      PetscCallA(VecGetArrayReadF90(x, from, ierr))
+      PetscCallA(VecGetArrayF90(y, to, ierr))
+      call current_preconditioner%apply(from, to)
+      PetscCallA(VecRestoreArrayReadF90(x, from, ierr))
+      PetscCallA(VecRestoreArrayF90(y, to, ierr))
+   end subroutine precondition
 
    subroutine get_diagonal(matrix, d, ierr)
       Mat :: matrix

@@ -60,7 +60,8 @@ contains
                    rub(3, system%contact%count))
          there = system%model%communicator%minimum(merge(1.0_wp, 0.0_wp, size(self%z) &
             == self%linear%krylov%size())) > 0.5_wp
-         call self%linear%krylov%fit(system%model%communicator%comm%MPI_VAL, unknowns, there)
+         call self%linear%krylov%fit(system%model%communicator%comm%MPI_VAL, unknowns, there, &
+                                     self%linear%elements%wanted)
          self%newton = 0
          call self%linear%begin()
          best = huge(best)

@@ -6,7 +6,7 @@ module m_quasi_static
    use m_errors, only: error_t, fail
    use m_text, only: to_text, si
    use m_timers
-   use m_scene, only: scene_t, quasi_static_spec_t
+   use m_scene, only: scene_t, quasi_static_spec_t, preconditioner_gamg
    use m_field_table, only: layout_t
    use m_particle_store, only: particle_store_t
    use m_pressure, only: pressure_t
@@ -86,6 +86,8 @@ contains
          end select
       end do
       self%equilibrium%system%ramp = self%spec%ramp
+      self%equilibrium%linear%elements%wanted = self%spec%preconditioner == preconditioner_gamg
+      self%equilibrium%system%wants_cells = self%equilibrium%linear%elements%wanted
       if (self%spec%ramp > 0.0_wp) model%effect_step%follows_particles = .false. ! they do not know of it
       self%ahead = model%works_ahead
       self%equilibrium%system%inertia%acts = self%spec%has_inertia()
@@ -395,6 +397,7 @@ contains
    subroutine release(self)
       class(quasi_static_t), intent(inout) :: self
       call self%equilibrium%linear%krylov%dismiss()
+      call self%equilibrium%linear%elements%dismiss()
    end subroutine release
 
    !> Collective: end PETSc, if this began it and nobody else has anything of it any more.

@@ -13,8 +13,8 @@ module m_static_levels
    use m_ghost_penalty, only: ghost_penalty_t, mark_cells
    implicit none
    private
-   public :: static_level_t, fit_levels, number_levels, spread, spread_aside, collect, gather_all, find_ghost, &
-             longest_way
+   public :: static_level_t, fit_levels, number_levels, spread, spread_aside, collect, gather_all, &
+             find_ghost, longest_way
 
    !> Unknowns of a level, in a vector of all after those of the coarser levels.
    type :: static_level_t

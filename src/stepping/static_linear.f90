@@ -4,12 +4,15 @@ module m_static_linear
    use m_kinds, only: wp
    use m_krylov, only: krylov_t
    use m_static_system, only: static_system_t
+   use m_static_elements, only: static_elements_t
    implicit none
    private
    public :: static_linear_t
 
    type :: static_linear_t
       type(krylov_t) :: krylov
+      type(static_elements_t) :: elements
+      logical :: has_elements = .false.   !< they are made in this step
       integer :: solves = 0, products = 0 !< of this step
       integer :: unsolved = 0             !< linear problems of this step that were not
    contains
@@ -32,6 +35,7 @@ contains
       self%solves = 0
       self%products = 0
       self%unsolved = 0
+      self%has_elements = .false.
    end subroutine begin
 
    !> Collective: the change of the displacements that solves the linear problem with contact: of the convex
@@ -209,13 +213,19 @@ contains
       logical :: solved
       call system%renew_diagonal()
       diagonal = system%diagonal
+      if (self%elements%wanted .and. .not. self%has_elements) then
+         call self%elements%make(system)
+         self%has_elements = .true.
+      end if
       system%presses = .true.
-      call self%krylov%solve(system, diagonal, right, direction, aim, symmetric, products, solved)
+      call self%krylov%solve(system, diagonal, self%elements, right, direction, aim, symmetric, &
+                             products, solved)
       self%products = self%products + products
       self%solves = self%solves + 1
       if (solved .or. .not. symmetric) return
       symmetric = .false.
-      call self%krylov%solve(system, diagonal, right, direction, aim, symmetric, products, solved)
+      call self%krylov%solve(system, diagonal, self%elements, right, direction, aim, symmetric, &
+                             products, solved)
       self%products = self%products + products
       if (.not. solved) self%unsolved = self%unsolved + 1
    end subroutine solve_linear

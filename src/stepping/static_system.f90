@@ -43,6 +43,7 @@ module m_static_system
       real(wp) :: ramp = 0.0_wp                      !< over which loads come on from time 0, s
       real(wp) :: scale = 0.0_wp !< size of the forces that are in balance, N
       logical :: presses = .false.                   !< products take pressed points along
+      logical :: wants_cells = .false.               !< `ghost` knows which are filled, with no penalty too
       integer :: product_row = 0, residual_row = 0   !< of the timers
    contains
       procedure :: begin
@@ -104,7 +105,7 @@ contains
          if (self%extra > 0) self%load(self%nodal + 1:) = &
             merge(0.0_wp, tools%load, tools%away(tools%tool))
       end associate
-      if (.not. stabilisation > 0.0_wp) return
+      if (.not. (stabilisation > 0.0_wp .or. self%wants_cells)) return
       call model%timers%enter(self%residual_row)
       call find_ghost(self%levels, model, stabilisation)
    end subroutine begin
