@@ -161,6 +161,28 @@ def set_safety(scene, value, setting):
     scene.set("time", "time_step", None)
 
 
+schemes = "explicit", "quasi_static"
+
+
+def set_scheme(scene, value, setting):
+    """Explicit steps, or quasi-static ones: twenty, where `steps` says nothing else."""
+    if value not in schemes:
+        raise BadSetting(f"scheme='{value}'; allowed: {', '.join(schemes)}")
+    scene.remove("quasi_static")
+    if value == "quasi_static":
+        if scene.groups("time"):
+            scene.set("time", "time_step", None)
+        set_steps(scene, 20, setting)
+
+
+def set_steps(scene, count, setting):
+    """So many quasi-static steps to the end, about: those that meet a change of speed are shorter."""
+    scene.ensure("quasi_static")
+    step = scene.values()["scene"][0]["end_time"][0] / count
+    for variable in ("step", "max_step"):
+        scene.set("quasi_static", variable, step)
+
+
 def take_out(scene, group, setting):
     """All groups of a name."""
     if not scene.groups(group):
@@ -174,6 +196,8 @@ knobs = {
     "levels": set_levels,
     "speed": set_speed,
     "safety": set_safety,
+    "scheme": set_scheme,
+    "steps": set_steps,
     "particles": in_group("body", "particles_per_cell"),
     "transfer": in_group("time", "transfer"),
     "domain": in_group("time", "domain"),

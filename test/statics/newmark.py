@@ -183,18 +183,15 @@ def bounces():
 
 
 def refuses():
-    for words, more in (
-        (
-            "tools have no mass",
-            "&tool name='wall', shape='flat', radius=9, tip=17,0,0, axis=-1,0,0, times=0, loads=1, mass=1 /\n",
-        ),
+    pushed = (
+        "&tool name='wall', shape='flat', radius=9, tip=17,0,0, axis=-1,0,0, times=0, loads=1, mass=1 /\n"
+    )
+    for words, mode, more in (
+        ("tools have no mass", "mode='newmark'", pushed),
+        ("is for mode='newmark'", "theta=0.7", ""),
+        ("come on by their own", "mode='newmark', ramp=1", ""),
     ):
-        require(f"refused: {words}", words in run(bar("refused", 20, more=more), 1, allowed=(2,)))
-    for words, mode in (
-        ("is for mode='newmark'", "theta=0.7"),
-        ("come on by their own", "mode='newmark', ramp=1"),
-    ):
-        require(f"refused: {words}", words in run(bar("refused", 20, mode), 1, allowed=(2,)))
+        require(f"refused: {words}", words in run(bar("refused", 20, mode, more=more), 1, allowed=(2,)))
 
 
 if __name__ == "__main__":

@@ -201,6 +201,13 @@ check(
     refused(BadSetting, "number 3", lambda: turned(**{"tool(3).tip": 0})),
 )
 check("editing: an unknown knob is refused", refused(BadSetting, "unknown knob", lambda: turned(cells=1)))
+case = turned(scheme="quasi_static", steps=8)
+check(
+    "editing: so many quasi-static steps",
+    case["quasi_static"] == [{"step": [0.25e-3], "max_step": [0.25e-3]}]
+    and "quasi_static" not in turned(**{"quasi_static.step": 1e-3, "scheme": "explicit"}),
+)
+check("editing: an unknown scheme is refused", refused(BadSetting, "allowed", lambda: turned(scheme="x")))
 check("editing: without a group", "anti_locking" not in turned(without="anti_locking"))
 scene = Scene(text)
 add_probes(scene, (0.0, 1.0, 2.0))
