@@ -73,7 +73,7 @@ def vibrates():
         check(f"{steps} steps a period: decay a period", decay, 1e-4)
         errors.append(period - 1 - 4e-4)
         total = energy(name)[1]
-        check(f"{steps} steps a period: drift of the energy in two periods", total[-1] / total[steps] - 1, 1e-3)
+        check(f"{steps} steps a period: drift of the energy, two periods", total[-1] / total[steps] - 1, 1e-3)
         require(f"{steps} steps a period: Newton", counts(log, "newmark")[1] <= 2)
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     check("order of the period's error, less 2", orders - 2, 0.1)
