@@ -108,7 +108,7 @@ class StaticScene(Scene):
         chance = self.chance
         end, some = self.time, EXPLICIT * 0.3 * self.cell / self.speed
         step = chance.choice([0.05, 0.1, 0.3]) * self.time
-        steps = f"step={number(step)}, stabilisation={chance.choice([0.0333] * 6 + [0.1, 0])}"
+        steps = f"step={number(step)}, stabilisation={chance.choice([0.0333] * 6 + [0.1, 0.01])}"
         if chance.random() < 0.5:
             steps += f", max_step={number(step)}"
         if chance.random() < 0.3:
