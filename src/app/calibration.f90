@@ -6,7 +6,7 @@ module m_calibration
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
-   use m_timers, only: timers_t, wall_time, phase_contact
+   use m_timers, only: timers_t, wall_time, processor_time, phase_contact
    use m_scene, only: scene_t
    use m_model, only: model_t
    use m_advance, only: advance
@@ -34,6 +34,8 @@ module m_calibration
       real(wp) :: pressed_time = 0.0_wp        !< where tools stood then, as time of the scene, s
       real(wp) :: pressed_points = 0.0_wp      !< contact points in each of those
       real(wp) :: seconds = 0.0_wp             !< that all this took
+      real(wp) :: processor = 0.0_wp           !< of these, those that the processors worked for it: mean of
+                                               !< the ranks
       real(wp) :: snapshot_bytes = 0.0_wp      !< of the numbers of one snapshot, of all ranks
       real(wp) :: file_bytes = 0.0_wp          !< of its files, all formats together
       real(wp) :: writing_bytes = 0.0_wp       !< of memory that writing it takes besides, of all ranks
@@ -61,8 +63,9 @@ contains
       type(scene_t), intent(in) :: scene
       type(model_t), intent(inout) :: model
       type(error_t), intent(inout) :: error
-      real(wp) :: began, resting_points, time
+      real(wp) :: began, resting_points, time, worked
       began = wall_time()
+      worked = processor_time()
       found%trouble = ''
       call warm_up(scene, model, error)
       if (.not. error%happened()) then
@@ -84,6 +87,7 @@ contains
       call time_output(found, scene, model)
       if (size(model%contact%tools) > 0) call press(found, scene, model, resting_points)
       found%seconds = model%communicator%maximum(wall_time() - began)
+      found%processor = model%communicator%sum_real(processor_time() - worked)/model%communicator%ranks
    end subroutine calibrate
 
    !> Move all material a little: particles exactly half-way between nodes of two blocks belong to either, by

@@ -112,7 +112,7 @@ Path("program").write_text("not run\n")
 launch = f"{sys.executable} {Path(__file__).with_name('pretend.py')}"
 
 
-def solve(error, budget, setting="plain", out="out", **pretend):
+def solve(error, budget, setting="plain", out="out", ranks=2, **pretend):
     Path("calls").unlink(missing_ok=True)
     done = subprocess.run(
         [
@@ -132,7 +132,7 @@ def solve(error, budget, setting="plain", out="out", **pretend):
             "--launch",
             launch,
             "--ranks",
-            "2",
+            str(ranks),
         ],
         capture_output=True,
         text=True,
@@ -197,6 +197,26 @@ check(
     levelled["settings"]["levels"] > 0
     and levelled["seconds"] < 0.3 * uniform["seconds"]
     and levelled["error"] <= 0.5,
+)
+check(
+    f"levels cost more a particle-step: {levelled['predicted_seconds']:.3g} s predicted, took "
+    f"{levelled['seconds']:.3g}",
+    near(levelled["predicted_seconds"], levelled["seconds"], 0.1),
+)
+_, said, busy, _ = solve(0.5, 1e5, "boxes", out="out_busy", ranks=1, A=0.02, ORDER=1.5, SHARE=60)
+check(
+    f"on a busy machine the same settings; {busy['predicted_seconds']:.3g} s of the processor predicted, took "
+    f"{busy['seconds']:.3g}",
+    busy["settings"] == levelled["settings"]
+    and near(busy["predicted_seconds"], busy["seconds"], 0.1)
+    and near(busy["seconds"], levelled["seconds"], 1e-3)
+    and np.allclose(busy["pace"], 1, atol=1e-3)
+    and "at the pace of the pilots" in said,
+)
+_, _, wrong, _ = solve(0.5, 1e5, "boxes", out="out_plan", A=0.02, ORDER=1.5, PLAN=1.7)
+check(
+    "plans that say 1.7 times what it will be are corrected by a pilot",
+    near(wrong["predicted_seconds"], wrong["seconds"], 0.1),
 )
 _, _, again, calls = solve(0.5, 1e5, "boxes", out="out_boxes", A=0.02, ORDER=1.5)
 check(
