@@ -87,7 +87,9 @@ class Planned:
         output = re.search(r"^output +[-+.\deE]+ +([-+.\deE]+) .*%$", done.stdout, re.M)
         whole = re.search(r"^time +.*\((\S+) s\), of that", done.stdout, re.M)
         seconds = float(whole[1]) - (float(output[1]) if output else 0.0)
-        self.seconds = study.ranks * seconds * share_of_processors(done.stdout, r"^plan .*processors at", study)
+        self.seconds = (
+            study.ranks * seconds * share_of_processors(done.stdout, r"^plan .*processors at", study)
+        )
         self.megabytes = float(memory[1]) * {"": 1e-6, "k": 1e-3, "M": 1.0, "G": 1e3}[memory[2]]
 
 
@@ -396,8 +398,8 @@ def said_of_time(record):
     off = record["seconds"] / record["predicted_seconds"] - 1
     slow = sum(record["pace"]) / len(record["pace"])
     return (
-        f"{took}, {100 * off:+.0f} % of what was predicted ({100 * ((1 + off) / slow - 1):+.0f} % at the pace "
-        f"of the pilots: one of them took {record['pace'][0]:.2f} and {record['pace'][1]:.2f} times as long "
+        f"{took}, {100 * off:+.0f} % of what was predicted ({100 * ((1 + off) / slow - 1):+.0f} % at the "
+        f"pace of the pilots: one of them took {record['pace'][0]:.2f} and {record['pace'][1]:.2f} times as long "
         "before and after it)"
     )
 

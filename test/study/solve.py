@@ -57,6 +57,17 @@ check(
     "a grid at another speed is taken to the speed of none",
     near(slower.order, 1.7, 1e-6) and near(slower.total(0.3, 0.25), errors.total(0.3, 0.25), 1e-6),
 )
+for law, taken in ((1.0, 1.0), (2.0, 2.0), (0.3, 0.5), (4.0, 3.0)):
+    known = Errors([Sample(h, 1.0, 1.0, 3 * x + 0.2 * x * h**law) for h in (1.0, 0.5, 0.3)])
+    true = 100 * np.sqrt(np.mean((0.2 * x * 0.3**law) ** 2)) / 3
+    check(
+        f"runs with an error of order {law:g}: {known.order:.3g} is taken, {known.total(0.3):.3g} % said, "
+        f"{true:.3g} % true",
+        near(known.order, taken, 1e-6)
+        and near(known.total(0.3), true, 1e-6) == (law == taken)
+        and abs(known.total(0.3) - true) < known.trust
+        and bool(known.notes) == (law != taken),
+    )
 rough = Errors([Sample(h, 1.0, 1.0, 3 * x + c) for h, c in ((1.0, 0.3), (0.5, 0.0), (0.25, 0.06))])
 check(
     f"grids without an order: the first, and a note: {rough.notes}",
@@ -205,8 +216,8 @@ check(
 )
 _, said, busy, _ = solve(0.5, 1e5, "boxes", out="out_busy", ranks=1, A=0.02, ORDER=1.5, SHARE=60)
 check(
-    f"on a busy machine the same settings; {busy['predicted_seconds']:.3g} s of the processor predicted, took "
-    f"{busy['seconds']:.3g}",
+    f"on a busy machine the same settings; {busy['predicted_seconds']:.3g} s of the processor predicted, "
+    f"took {busy['seconds']:.3g}",
     busy["settings"] == levelled["settings"]
     and near(busy["predicted_seconds"], busy["seconds"], 0.1)
     and near(busy["seconds"], levelled["seconds"], 1e-3)
