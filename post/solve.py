@@ -397,10 +397,11 @@ def said_of_time(record):
         return took + ", run before"
     off = record["seconds"] / record["predicted_seconds"] - 1
     slow = sum(record["pace"]) / len(record["pace"])
+    at_pace = (1 + off) / slow - 1
+    before, after = record["pace"]
     return (
-        f"{took}, {100 * off:+.0f} % of what was predicted ({100 * ((1 + off) / slow - 1):+.0f} % at the "
-        f"pace of the pilots: one of them took {record['pace'][0]:.2f} and {record['pace'][1]:.2f} times as long "
-        "before and after it)"
+        f"{took}, {100 * off:+.0f} % of what was predicted ({100 * at_pace:+.0f} % at the pace of pilots: "
+        f"one of them took {before:.2f} and {after:.2f} times as long before and after it)"
     )
 
 

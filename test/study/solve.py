@@ -222,7 +222,7 @@ check(
     and near(busy["predicted_seconds"], busy["seconds"], 0.1)
     and near(busy["seconds"], levelled["seconds"], 1e-3)
     and np.allclose(busy["pace"], 1, atol=1e-3)
-    and "at the pace of the pilots" in said,
+    and "at the pace of pilots" in said,
 )
 _, _, wrong, _ = solve(0.5, 1e5, "boxes", out="out_plan", A=0.02, ORDER=1.5, PLAN=1.7)
 check(
