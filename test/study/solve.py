@@ -234,7 +234,7 @@ check(
     "what was run is not run again",
     not [call for call in calls if call[0] == "run"] and again["error"] == levelled["error"],
 )
-status, said, _, calls = solve(0.5, 5, out="out_short", A=0.02, ORDER=1.5, B=0.003)
+status, said, _, calls = solve(0.5, 40, out="out_short", A=0.02, ORDER=1.5, B=0.003)
 check(
     "a budget that does not do: what it would take, and what is to be had",
     status == 1 and "would take" in said and "is to be had" in said,
