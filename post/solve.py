@@ -25,7 +25,6 @@ import json
 import math
 import os
 import re
-import resource
 import subprocess
 import sys
 import time
@@ -40,7 +39,7 @@ from run_data import Unreadable, depth_of
 from solve_model import Choice, Errors, MARGIN, Price, Sample, choose
 from study import Study
 from study_report import write_text
-from study_runs import Rejected
+from study_runs import Rejected, share_of_processors
 from study_scene import BadSetting, Scene, scene_of
 
 FACTORS = [4, 3, 2, 4 / 3, 1, 2 / 3, 0.5, 1 / 3, 0.25]  # of the scene's cell, or those of the study's file
@@ -51,7 +50,7 @@ SEARCH = 0.2  # of the budget: the same while the grids show no order; three are
 PILOTS = 0.4  # of the budget: no further grid is tried that would bring all of them beyond
 ROUNDS = 3
 ENOUGH = 0.5  # of the target: pilots whose error in space is less end; speed and time step come on top
-SHORT = 0.005  # of the budget: a run that is predicted to take less is not planned before
+YARDSTICK = 0.05  # of a run: what may be spent on a pilot before it, and after it, to see the machine's pace
 RATE_FREE = {"elastic", "neo_hookean", "j2", "cubic", "orthotropic", "drucker_prager"}
 
 
@@ -70,7 +69,6 @@ class Planned:
     def __init__(self, study, settings):
         scene = study.run(settings).make_scene()
         scene.set("scene", "mode", "plan")
-        begun, before = time.monotonic(), resource.getrusage(resource.RUSAGE_CHILDREN)
         done = subprocess.run(
             [*study.launch, "-n", str(study.ranks), str(study.program)],
             input=scene.text,
@@ -85,12 +83,13 @@ class Planned:
         steps = re.search(r"^steps +(\d+) of the coarsest", done.stdout, re.M)
         memory = re.search(r"^memory +(\S+) (\S?)B on all", done.stdout, re.M)
         self.updates, self.steps = float(work[1]), float(steps[1])
-        # another job may have had the core for a while: as in study_runs
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        worked = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-        share = min(1.0, worked / (time.monotonic() - begun)) if study.ranks == 1 else 1.0
-        rows = dict(re.findall(r"^(all|output) +\S+ +(\S+)", done.stdout, re.M))
-        self.seconds = share * study.ranks * (float(rows["all"]) - float(rows.get("output", 0.0)))
+        # the first table: with levels a second one follows, and its columns are others
+        output = re.search(r"^output +[-+.\deE]+ +([-+.\deE]+) .*%$", done.stdout, re.M)
+        whole = re.search(r"^time +.*\((\S+) s\), of that", done.stdout, re.M)
+        seconds = float(whole[1]) - (float(output[1]) if output else 0.0)
+        self.seconds = (
+            study.ranks * seconds * share_of_processors(done.stdout, r"^plan .*processors at", study)
+        )
         self.megabytes = float(memory[1]) * {"": 1e-6, "k": 1e-3, "M": 1.0, "G": 1e3}[memory[2]]
 
 
@@ -126,6 +125,7 @@ class Solve:
         self.planned = {}  # levels: (Key, Planned), for what has no run yet
         self.measured = {}  # Key: error of a run, per cent
         self.confirmed = {}  # Key: core-seconds, MB, by a plan of it
+        self.correction = None  # of plans: what a pilot took over what its own plan says
 
     def left(self):
         return self.options.budget - (time.monotonic() - self.started)
@@ -257,13 +257,31 @@ class Solve:
             self.planned[levels] = key, Planned(self.study, self.settings(key))
         return self.planned[levels]
 
+    def price(self):
+        """Of settings without a run or a plan that is like them, by all runs."""
+        rows = ((*self.work(key)[:2], run.seconds) for key, run in self.done.items())
+        return Price(sorted(rows, key=lambda row: row[1]))
+
+    def costs(self, key, price):
+        """Core-seconds and MB: of the run itself, of its own plan, or scaled by the work from the nearest
+        plan of as many levels, for a particle-step costs more where levels are small; else by all runs. None
+        where settings cannot be planned."""
+        work = self.work(key)
+        if key in self.done:
+            return self.done[key].seconds, work[2]
+        if work is None or key in self.confirmed:
+            return self.confirmed.get(key)
+        alike = [one for one in self.confirmed if one.levels == key.levels]
+        if not alike:
+            return price.of(*work[:2]), work[2]
+        near = min(alike, key=lambda one: (abs(math.log(one.factor / key.factor)), -one.speed))
+        share = price.of(*work[:2]) / price.of(*self.work(near)[:2])
+        seconds, megabytes = self.confirmed[near]
+        return seconds * share, megabytes * (near.factor / key.factor) ** 3
+
     def choices(self, errors):
         """All settings with what is predicted of them."""
-        price = Price(
-            sorted(
-                ((*self.work(key)[:2], run.seconds) for key, run in self.done.items()), key=lambda row: row[1]
-            )
-        )
+        price = self.price()
         found = []
         grids = {(factor, levels) for factor in self.factors for levels in range(self.own, self.most + 1)} | {
             key[:2] for key in self.done
@@ -272,30 +290,42 @@ class Solve:
             for speed in SPEEDS if self.speeds else [1.0]:
                 for step in STEPS:
                     key = Key(factor, levels, speed, step)
-                    work = self.work(key)
-                    if work:
-                        seconds, megabytes = self.confirmed.get(key, (price.of(*work[:2]), work[2]))
-                        found.append(
-                            Choice(
-                                self.settings(key),
-                                key,
-                                errors.total(self.finest(key), speed, step),
-                                seconds,
-                                megabytes,
-                            )
-                        )
+                    costs = self.costs(key, price)
+                    if costs:
+                        error = errors.total(self.finest(key), speed, step)
+                        found.append(Choice(self.settings(key), key, error, *costs))
         return found
 
     def confirm(self, key):
-        """Time and memory of settings by their own plan, the time by what a run took that was planned too; or
-        that the program does not take them."""
+        """Time and memory of settings by their own plan, the time corrected by what the longest pilot took
+        over what its plan says; or that the program does not take them."""
         plan = Planned(self.study, self.settings(key))
         if plan.fault:
             self.refused.add(key[:2])
             return
-        # at once, for the machine may be busier by and by
-        known = Planned(self.study, self.settings(self.middle))
-        self.confirmed[key] = self.done[self.middle].seconds / known.seconds * plan.seconds, plan.megabytes
+        if self.correction is None:
+            longest = max(self.done, key=lambda one: self.done[one].seconds)
+            known = Planned(self.study, self.settings(longest))
+            self.correction = self.done[longest].seconds / known.seconds
+        self.confirmed[key] = self.correction * plan.seconds, plan.megabytes
+
+    def yardstick(self, seconds):
+        """The longest of the pilots that take a twentieth of a run of so many seconds at most, or the
+        shortest of all."""
+        runs = sorted(self.done.values(), key=lambda run: run.seconds)
+        return [run for run in runs if run.seconds <= YARDSTICK * seconds or run is runs[0]][-1]
+
+    def timed(self, choice):
+        """The run of a choice, and the machine's pace meanwhile: what the same pilot takes before and after
+        it, over what it took when prices were made. None for both where the run was there before."""
+        if self.study.run(choice.settings).done:
+            return self.run(choice.key), None
+        pilot = self.yardstick(choice.seconds)
+        usual = pilot.seconds / self.study.ranks
+        pilot.go()
+        run = self.run(choice.key)
+        pilot.go()
+        return run, [seconds / usual for seconds in pilot.record["seconds"][-2:]]
 
 
 def updates_of(run):
@@ -335,7 +365,7 @@ def write_answer(solve, folder, choice, record):
     write_text(folder / "chosen.nml", scene.text)
 
 
-def record_of(solve, errors, choice, run, predicted):
+def record_of(solve, errors, choice, run, predicted, pace):
     parts = errors.parts(solve.finest(choice.key), choice.key.speed, choice.key.step)
     error = solve.measured[choice.key]
     return {
@@ -352,11 +382,27 @@ def record_of(solve, errors, choice, run, predicted):
         "predicted_error": choice.error,
         "seconds": run.seconds / solve.study.ranks,
         "predicted_seconds": predicted,
+        "pace": pace,
         "megabytes": run.record.get("megabytes"),
         "predicted_megabytes": choice.megabytes,
         "run": str(run.directory),
         "met": error <= solve.options.error,
     }
+
+
+def said_of_time(record):
+    """What a run took, beside what was said, and how much that tells."""
+    took = f"{record['seconds']:.3g} s"
+    if record["pace"] is None:
+        return took + ", run before"
+    off = record["seconds"] / record["predicted_seconds"] - 1
+    slow = sum(record["pace"]) / len(record["pace"])
+    at_pace = (1 + off) / slow - 1
+    before, after = record["pace"]
+    return (
+        f"{took}, {100 * off:+.0f} % of what was predicted ({100 * at_pace:+.0f} % at the pace of pilots: "
+        f"one of them took {before:.2f} and {after:.2f} times as long before and after it)"
+    )
 
 
 def say(text):
@@ -390,8 +436,7 @@ def pick(solve, errors):
         choices = solve.choices(errors)
         cheapest, best = choose(choices, solve.options.error, solve.study.ranks * max(solve.left(), 0.0))
         if cheapest and cheapest.seconds <= solve.study.ranks * solve.left():
-            short = cheapest.seconds <= SHORT * solve.study.ranks * solve.options.budget
-            if short or cheapest.key in solve.confirmed or cheapest.key in solve.done:
+            if cheapest.key in solve.confirmed or cheapest.key in solve.done:
                 return cheapest
             solve.confirm(cheapest.key)
         else:
@@ -417,17 +462,17 @@ def solve_scene(study, options):
             f"{choice.megabytes:.3g} MB predicted (aimed at {100 * MARGIN:.0f} % of what was asked for)"
         )
         try:
-            run = solve.run(choice.key)
+            run, pace = solve.timed(choice)
         except Unusable as fault:
             say(f"refused    {fault}")
             continue
         attempts += 1
         errors = solve.fit()
-        record = record_of(solve, errors, choice, run, predicted)
+        record = record_of(solve, errors, choice, run, predicted, pace)
         write_answer(solve, study.directory, choice, record)
         say(
             f"reached    error {record['error']:.2g} +- {record['error_uncertainty']:.2g} %: "
-            f"{sentence_of(record['parts'])}; {record['seconds']:.3g} s"
+            f"{sentence_of(record['parts'])}; {said_of_time(record)}"
         )
         if record["met"]:
             say(f"the target is met: {study.directory / 'answer.json'}, {study.directory / 'chosen.nml'}")

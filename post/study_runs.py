@@ -123,10 +123,13 @@ class Run:
                 f"{self.directory}: the run ended with status {done.returncode}: {last_line(done)}"
             )
         else:
-            seconds = self.printed(done.stdout) if self.study.setting.program else self.measured(done.stdout)
-            # Another job may have had the core for a while: then the processor's time is the less, start and
-            # end included
-            self.record["seconds"].append(min(seconds, worked) if self.study.ranks == 1 else seconds)
+            if not self.study.setting.program:
+                seconds = self.measured(done.stdout)
+            elif self.study.ranks > 1:
+                seconds = self.printed(done.stdout)
+            else:  # another job may have had the core for a while; start and end are in what was worked
+                seconds = min(self.printed(done.stdout), worked)
+            self.record["seconds"].append(seconds)
             self.record["sessions"].append(session)
         partial = self.directory / "study.json.part"
         partial.write_text(json.dumps(self.record))
@@ -135,7 +138,7 @@ class Run:
 
     def measured(self, log):
         """Seconds of the loop, from cost.dat: all but output, checkpoints and the estimate of the error at
-        the end. Facts of the run into the record."""
+        the end; on one rank those that the processor worked for it. Facts of the run into the record."""
         text = (self.directory / "cost.dat").read_text()
         names = dict(re.findall(r'^AUXDATA phase_(\d+)="([^"]*)"', text, re.M))
         rows = {
@@ -153,7 +156,8 @@ class Run:
         self.record["megabytes"] = (
             float(memory[1]) * {"": 1e-6, "k": 1e-3, "M": 1.0, "G": 1e3}[memory[2]] if memory else None
         )
-        return rows["all"] - sum(rows.get(name, 0.0) for name in ("output", "checkpoint", "indicators"))
+        seconds = rows["all"] - sum(rows.get(name, 0.0) for name in ("output", "checkpoint", "indicators"))
+        return seconds * share_of_processors(log, r"^processors: .*work,", self.study)
 
     def printed(self, log):
         """The same of another program: lines `study: NAME VALUE`."""
@@ -165,6 +169,13 @@ class Run:
             self.record[name] = int(said[name]) if name in said else None
         self.record["megabytes"] = said.get("megabytes")
         return said["seconds"]
+
+
+def share_of_processors(log, words, study):
+    """Which share of the time the processor worked for a run on one rank: another job may have had it for the
+    rest. The program says it in a line that begins with `words`. Ranks that wait for each other work too."""
+    found = re.search(words + r" (\S+) %", log, re.M)
+    return min(1.0, float(found[1]) / 100) if found and study.ranks == 1 else 1.0
 
 
 def last_line(done):

@@ -6,7 +6,7 @@ module m_calibration
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
-   use m_timers, only: timers_t, wall_time, phase_contact
+   use m_timers, only: timers_t, wall_time, processor_time, phase_contact
    use m_scene, only: scene_t
    use m_model, only: model_t
    use m_advance, only: advance
@@ -18,7 +18,7 @@ module m_calibration
    use m_snapshot, only: snapshot_t
    use m_hdf5_snapshot, only: hdf5_snapshot_bytes
    use m_tecplot_snapshot, only: tecplot_snapshot_bytes
-   use m_probe, only: probe_t, choose_particle, read_probe
+   use m_probe, only: probe_t, reading_t, choose_particle, read_probes
    use m_particle_snapshot, only: take_snapshot
    use m_contact_area, only: projected_area
    implicit none
@@ -34,6 +34,8 @@ module m_calibration
       real(wp) :: pressed_time = 0.0_wp        !< where tools stood then, as time of the scene, s
       real(wp) :: pressed_points = 0.0_wp      !< contact points in each of those
       real(wp) :: seconds = 0.0_wp             !< that all this took
+      real(wp) :: processor = 0.0_wp           !< of these, those that the processors worked for it: mean of
+                                               !< the ranks
       real(wp) :: snapshot_bytes = 0.0_wp      !< of the numbers of one snapshot, of all ranks
       real(wp) :: file_bytes = 0.0_wp          !< of its files, all formats together
       real(wp) :: writing_bytes = 0.0_wp       !< of memory that writing it takes besides, of all ranks
@@ -61,8 +63,9 @@ contains
       type(scene_t), intent(in) :: scene
       type(model_t), intent(inout) :: model
       type(error_t), intent(inout) :: error
-      real(wp) :: began, resting_points, time
+      real(wp) :: began, resting_points, time, worked
       began = wall_time()
+      worked = processor_time()
       found%trouble = ''
       call warm_up(scene, model, error)
       if (.not. error%happened()) then
@@ -84,6 +87,7 @@ contains
       call time_output(found, scene, model)
       if (size(model%contact%tools) > 0) call press(found, scene, model, resting_points)
       found%seconds = model%communicator%maximum(wall_time() - began)
+      found%processor = model%communicator%sum_real(processor_time() - worked)/model%communicator%ranks
    end subroutine calibrate
 
    !> Move all material a little: particles exactly half-way between nodes of two blocks belong to either, by
@@ -166,7 +170,8 @@ contains
       type(balance_t) :: balance
       type(snapshot_t) :: snapshot
       type(probe_t), allocatable :: probes(:)
-      real(wp) :: area, began, bytes, largest, value, position(3), stress(6), strain, recovered(6)
+      type(reading_t), allocatable :: readings(:)
+      real(wp) :: area, began, bytes, largest, value
       integer :: f
       probes = [(choose_particle(model, scene%probes(f)%position), f=1, size(scene%probes))]
       began = wall_time()
@@ -177,9 +182,7 @@ contains
                                   model%levels(size(model%levels)), model%materials, &
                                   model%contact%candidates%carried + f - 1)
       end do
-      do f = 1, size(probes)
-         if (scene%output%present) call read_probe(model, probes(f), position, stress, strain, recovered)
-      end do
+      if (scene%output%present) readings = read_probes(model, probes)
       found%rates%history = model%communicator%maximum(wall_time() - began)
       value = text_cost()
       if (scene%output%present) &

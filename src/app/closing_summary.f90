@@ -81,6 +81,7 @@ contains
       if (ranged /= '') call facts%say(ranged)
       cost%timers = model%timers
       cost%elapsed = console%elapsed()
+      cost%processor = console%processor()
       cost%time = model%time
       cost%notes = facts%notes
       path = ''

@@ -71,7 +71,8 @@ contains
       associate (prospect => found%prospect, flight => found%prospect%flight)
          call console%line('')
          call console%line('plan       by '//to_text(found%steps)//' steps timed on '// &
-                           to_text(model%communicator%ranks)//' rank(s) in '//duration(found%seconds))
+                           to_text(model%communicator%ranks)//' rank(s) in '//duration(found%seconds)// &
+                           ', processors at '//to_text(100.0_wp*found%processor/found%seconds, 3)//' %')
          call console%line('steps      '//to_text(nint(prospect%steps, i8))//' of the coarsest level')
          call console%line('time       '//duration(price%time() + first)//' ('// &
                            to_text(price%time() + first, 4)// &

@@ -33,7 +33,7 @@ module m_timers
       procedure :: leave
    end type timers_t
 
-   public :: wall_time
+   public :: wall_time, processor_time
 
 contains
 
@@ -43,6 +43,11 @@ contains
       call system_clock(count, rate)
       wall_time = real(count, wp)/real(rate, wp)
    end function wall_time
+
+   !> Time (s) that the processor has worked for this process.
+   real(wp) function processor_time()
+      call cpu_time(processor_time)
+   end function processor_time
 
    !> The rows of the phases, at zero.
    subroutine start(self, levels)

@@ -6,7 +6,7 @@ module m_console
    use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t
    use m_text, only: to_text, si, duration
-   use m_timers, only: wall_time
+   use m_timers, only: wall_time, processor_time
    implicit none
    private
 
@@ -25,6 +25,7 @@ module m_console
       integer :: unit = 0
       type(line_t), allocatable :: earlier(:)
       real(wp) :: began = 0.0_wp       ! wall time, s
+      real(wp) :: worked = 0.0_wp      ! of the processor by then, s
       real(wp) :: last_wall = 0.0_wp   ! of the last progress line
       real(wp) :: last_time = 0.0_wp   ! physical time then, s
       integer :: last_step = -1        ! -1: no step seen yet
@@ -38,6 +39,7 @@ module m_console
       procedure :: progress
       procedure :: summary
       procedure :: elapsed
+      procedure :: processor
       procedure :: finish
    end type console_t
 
@@ -49,6 +51,7 @@ contains
       type(communicator_t), intent(in) :: communicator
       self%speaks = communicator%is_root()
       self%began = wall_time()
+      self%worked = processor_time()
       self%last_wall = self%began
       allocate (self%earlier(0))
    end subroutine start
@@ -171,6 +174,12 @@ contains
       class(console_t), intent(in) :: self
       elapsed = wall_time() - self%began
    end function elapsed
+
+   !> Time that the processor has worked for this rank since start (s).
+   real(wp) function processor(self)
+      class(console_t), intent(in) :: self
+      processor = processor_time() - self%worked
+   end function processor
 
    !> Close the log.
    subroutine finish(self)

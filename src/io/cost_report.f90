@@ -23,6 +23,8 @@ module m_cost_report
       character(len=history_text_length), allocatable :: notes(:) !< `name=value`, for the head of the file;
                                                                   !< may be absent
       real(wp) :: elapsed = 0.0_wp         !< wall-clock time of the run, s
+      real(wp) :: processor = 0.0_wp       !< time of that in which this rank's processor worked for it, s;
+                                           !< 0: not measured
       real(wp) :: time = 0.0_wp            !< physical time reached, s
    end type cost_t
 
@@ -43,6 +45,7 @@ contains
       integer :: r
       call gather(communicator, cost, values)
       call make_lines(communicator, cost, values, lines)
+      call add_processor(communicator, cost, lines)
       if (path == '') return
       call table%open(communicator, path, header(communicator, cost), error)
       do r = 1, size(values, 2)
@@ -189,6 +192,22 @@ contains
       if (level_count(cost) > 0) &
          call add_level_lines(cost, values(:, shown(:n)), shown(:n), lines(n + 3 + level_count(cost):))
    end subroutine make_lines
+
+   !> Collective: one line more, in which share of the time the processors worked for the run. Other jobs had
+   !> them for the rest, or it waited for files.
+   subroutine add_processor(communicator, cost, lines)
+      type(communicator_t), intent(in) :: communicator
+      type(cost_t), intent(in) :: cost
+      character(len=cost_line_length), allocatable, intent(inout) :: lines(:)
+      character(len=cost_line_length) :: line
+      real(wp) :: worked, elapsed
+      worked = communicator%sum_real(cost%processor)
+      elapsed = communicator%sum_real(cost%elapsed)
+      if (worked <= 0.0_wp .or. elapsed <= 0.0_wp) return
+      line = 'processors: '//duration(worked)//' of work, '//to_text(100.0_wp*worked/elapsed, 3)// &
+             ' % of the elapsed time'
+      lines = [lines, line]
+   end subroutine add_processor
 
    !> The same rows by level: seconds (mean of the ranks), and ns per particle-step of the level.
    subroutine add_level_lines(cost, values, shown, lines)

@@ -254,6 +254,11 @@ contains
       call write_cost_report(comm, cost, '', lines, error)
       call test%check(.not. error%happened() .and. size(lines) == 6, &
                       'the cost report of a scene without output has lines alone')
+      cost%processor = 4.0_wp
+      call write_cost_report(comm, cost, '', lines, error)
+      call test%check(size(lines) == 7, 'one line more where it is known how long processors worked')
+      call test%check(index(lines(7), 'processors: ') == 1 .and. index(lines(7), ' work, 40 % of the') > 0, &
+                      'what share of the time it was', lines(7))
    end subroutine costs
 
    subroutine expect_there(path, expected, name)

@@ -3,9 +3,11 @@
 
 The load is K depth^1.5 (1 + A h^ORDER + B speed + C safety): h the finest cell in um, speed that of the tool
 over 20 m/s, safety over 0.35. A run takes steps and particle-steps as the scene's cells say, and RATE s for
-each, more with levels. Variables of the environment: PRETEND_A, PRETEND_ORDER, PRETEND_B, PRETEND_C;
+each, much more with levels. Variables of the environment: PRETEND_A, PRETEND_ORDER, PRETEND_B, PRETEND_C;
 PRETEND_JUMP adds an error to cells below a size (um) that no coarser one has; PRETEND_REFUSED is a list of
-cells (um) that are refused; PRETEND_LOG a file that gets a line a run."""
+cells (um) that are refused; PRETEND_LOG a file that gets a line a run. PRETEND_SHARE (%): other jobs have the
+processor for the rest, by turns more and less, and all takes as much longer. PRETEND_PLAN: a plan says so
+many times what it will be."""
 
 import os
 import sys
@@ -33,18 +35,25 @@ if any(abs(cell - float(word)) < 1e-6 * cell for word in os.environ.get("PRETEND
 steps = 500 / (cell * speed * safety)
 particles = 50000 / cell**3 * (1 + 0.5 * levels)
 updates = steps * particles * (1 + levels)
-seconds = RATE * updates * (1 + 0.3 * levels) + 1e-4 * steps
+seconds = RATE * updates * (1 + 1.5 * levels) + 1e-4 * steps
 megabytes = 3e-4 * particles
+with open(os.environ["PRETEND_LOG"]) as log:
+    turn = len(log.readlines()) % 3
+share = number("SHARE", 100) * (1, 0.5, 0.8)[turn] if "PRETEND_SHARE" in os.environ else 100.0
+seconds *= 100 / share
 if plans:
+    seconds *= number("PLAN", 1)
     print(
         f"steps      {steps:.0f} of the coarsest level\nmemory     {megabytes:.4g} MB on all ranks together: "
         "particles 1 MB"
     )
-    print(
-        f"output      0.5 0.5 0.5 0 1 1 %\nall         {seconds:.6g} {seconds + 0.5:.6g} {seconds:.6g} 0 1 "
-        "100.0 %"
-    )
+    print(f"plan       by 4 steps timed on 1 rank(s) in 1 s, processors at {share:.6g} %")
+    print(f"time       1 s ({seconds + 0.5:.9g} s), of that 0.5 s until the first step")
+    print("output     0 snapshots of 0 B, 10 rows of histories, 0.5 s without the disk's own time")
+    print("output      0.5 0.5 0.5 0 1 1.0 %\nall         9 9 9 0 1 100.0 %")
     print(f"{updates:.0f} particle-steps on 1 ranks in {seconds:.3g} s")
+    if levels:  # by level: s, ns/part.-step
+        print("output      0.000 0.00 0.000 0.00\nall         0.159 423.69 0.657 1367.21")
     sys.exit()
 error = number("A", 0.02) * finest ** number("ORDER", 1.5) + number("B", 0) * speed + number("C", 0) * safety
 if finest < number("JUMP", 0):
@@ -61,3 +70,4 @@ Path("tool_sphere.dat").write_text(
 Path("cost.dat").write_text(f'AUXDATA phase_1="all"\n1 {seconds:.9g} {seconds:.9g} {seconds:.9g}\n')
 print(f"particles  {particles:.0f} on 1 rank(s), {megabytes:.6g} MB in all, 272 B a particle")
 print(f"{steps:.0f} steps to the end\n{updates:.0f} particle-steps on 1 ranks in {seconds:.3g} s")
+print(f"processors: 1 s of work, {share:.6g} % of the elapsed time")

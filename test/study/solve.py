@@ -57,6 +57,17 @@ check(
     "a grid at another speed is taken to the speed of none",
     near(slower.order, 1.7, 1e-6) and near(slower.total(0.3, 0.25), errors.total(0.3, 0.25), 1e-6),
 )
+for law, taken in ((1.0, 1.0), (2.0, 2.0), (0.3, 0.5), (4.0, 3.0)):
+    known = Errors([Sample(h, 1.0, 1.0, 3 * x + 0.2 * x * h**law) for h in (1.0, 0.5, 0.3)])
+    true = 100 * np.sqrt(np.mean((0.2 * x * 0.3**law) ** 2)) / 3
+    check(
+        f"runs with an error of order {law:g}: {known.order:.3g} is taken, {known.total(0.3):.3g} % said, "
+        f"{true:.3g} % true",
+        near(known.order, taken, 1e-6)
+        and near(known.total(0.3), true, 1e-6) == (law == taken)
+        and abs(known.total(0.3) - true) < known.trust
+        and bool(known.notes) == (law != taken),
+    )
 rough = Errors([Sample(h, 1.0, 1.0, 3 * x + c) for h, c in ((1.0, 0.3), (0.5, 0.0), (0.25, 0.06))])
 check(
     f"grids without an order: the first, and a note: {rough.notes}",
@@ -112,7 +123,7 @@ Path("program").write_text("not run\n")
 launch = f"{sys.executable} {Path(__file__).with_name('pretend.py')}"
 
 
-def solve(error, budget, setting="plain", out="out", **pretend):
+def solve(error, budget, setting="plain", out="out", ranks=2, **pretend):
     Path("calls").unlink(missing_ok=True)
     done = subprocess.run(
         [
@@ -132,7 +143,7 @@ def solve(error, budget, setting="plain", out="out", **pretend):
             "--launch",
             launch,
             "--ranks",
-            "2",
+            str(ranks),
         ],
         capture_output=True,
         text=True,
@@ -198,12 +209,32 @@ check(
     and levelled["seconds"] < 0.3 * uniform["seconds"]
     and levelled["error"] <= 0.5,
 )
+check(
+    f"levels cost more a particle-step: {levelled['predicted_seconds']:.3g} s predicted, took "
+    f"{levelled['seconds']:.3g}",
+    near(levelled["predicted_seconds"], levelled["seconds"], 0.1),
+)
+_, said, busy, _ = solve(0.5, 1e5, "boxes", out="out_busy", ranks=1, A=0.02, ORDER=1.5, SHARE=60)
+check(
+    f"on a busy machine the same settings; {busy['predicted_seconds']:.3g} s of the processor predicted, "
+    f"took {busy['seconds']:.3g}",
+    busy["settings"] == levelled["settings"]
+    and near(busy["predicted_seconds"], busy["seconds"], 0.1)
+    and near(busy["seconds"], levelled["seconds"], 1e-3)
+    and np.allclose(busy["pace"], 1, atol=1e-3)
+    and "at the pace of pilots" in said,
+)
+_, _, wrong, _ = solve(0.5, 1e5, "boxes", out="out_plan", A=0.02, ORDER=1.5, PLAN=1.7)
+check(
+    "plans that say 1.7 times what it will be are corrected by a pilot",
+    near(wrong["predicted_seconds"], wrong["seconds"], 0.1),
+)
 _, _, again, calls = solve(0.5, 1e5, "boxes", out="out_boxes", A=0.02, ORDER=1.5)
 check(
     "what was run is not run again",
     not [call for call in calls if call[0] == "run"] and again["error"] == levelled["error"],
 )
-status, said, _, calls = solve(0.5, 5, out="out_short", A=0.02, ORDER=1.5, B=0.003)
+status, said, _, calls = solve(0.5, 40, out="out_short", A=0.02, ORDER=1.5, B=0.003)
 check(
     "a budget that does not do: what it would take, and what is to be had",
     status == 1 and "would take" in said and "is to be had" in said,

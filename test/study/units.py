@@ -256,6 +256,55 @@ check(
 )
 
 
+# ---- values at a point ----
+
+
+def around(point, cell, low=(0, 0, 0), boundary="free"):
+    """A run with cells of a size, of which the eight particles about a point are nearest to it."""
+    case = read_namelists(
+        f"&grid lower={','.join(map(str, low))}, upper=9,9,9, cell_size={cell}, boundary=6*'{boundary}' /\n"
+    )
+    return SimpleNamespace(case=case, cell=cell), study_setting.Quantity(
+        "p", "probe", point=point, column="a"
+    )
+
+
+def value(place):
+    return 7 + 2 * place[..., 0] - 3 * place[..., 1] + 5 * place[..., 2]
+
+
+corners = np.array(list(itertools.product((-0.25, 0.25), repeat=3)))
+for name, shift, same in (("evenly", (0, 0, 0), True), ("aside", (0.1, -0.05, 0.2), False)):
+    point = np.array([2.0, 3.0, 4.0])
+    run, quantity = around(tuple(point), 1.0)
+    places = point + corners + shift
+    weights = quantities.weights_at(run, quantity, places)
+    check(
+        f"point: particles {name} about it: a linear field has its value there",
+        near(weights @ value(places), value(point)) and near(weights.sum(), 1.0),
+    )
+    check(
+        f"point: and their mean {'has it too' if same else 'has not'}",
+        near(value(places).mean(), value(point)) == same,
+    )
+run, quantity = around((0.0, 3.0, 4.0), 1.0, boundary="symmetry")
+places = np.array([0.25, 3.0, 4.1]) + corners * (0, 1, 1)
+weights = quantities.weights_at(run, quantity, places)
+check(
+    "point: on a side of symmetry the row next to it stands for it",
+    near(weights @ value(places + (-0.25, 0, 0)), value(np.array([0, 3, 4]))),
+)
+run, quantity = around((2.0, 3.0, 4.0), 1.0)
+check(
+    "point: particles on one side of it are refused",
+    refused(
+        BadSetting,
+        "one side of it along z",
+        lambda: quantities.weights_at(run, quantity, np.array([2, 3, 4.3]) + corners),
+    ),
+)
+
+
 def read(text):
     path = Path("setting.toml")
     path.write_text(text)
