@@ -81,7 +81,7 @@ contains
          end if
          if (block%has_resting_mass()) then
             level%nodes(mass_, :, :, :, b) = block%resting_mass
-         else
+         else if (block%deposited < n) then
             call block%cells%go_through(block%deposited + 1, n)
             call p2g(block%cells, block%particles%column, level%layout, frame_of(level, block), &
                      level%nodes(:, :, :, :, b))

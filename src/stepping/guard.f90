@@ -32,7 +32,7 @@ module m_guard
       real(wp) :: free = 0.0_wp           !< memory of the machines when the program began, bytes
       integer :: row = 0                  !< of the timers
       real(wp) :: quiet = 0.0_wp          !< energies below this are not judged, J
-      real(wp) :: first_step = 0.0_wp     !< the first time step of the run, s
+      real(wp) :: first_step = 0.0_wp     !< the first explicit time step, s; 0: none yet
       integer(i8) :: looked = 0           !< step of the last look at all fields
       logical :: clean = .true.           !< no energy to speak of had come from nowhere at that look
       integer(i8) :: apart_since = -1     !< step from which works have been too far apart; -1: they are not
@@ -180,6 +180,11 @@ contains
       if (self%attempt > 0 .and. model%time >= self%until) then
          self%attempt = 0
          self%looked = model%step - self%spec%save_every ! look now, and keep what has been won
+      end if
+      if (.not. model%has_inertia) then ! a quasi-static step is no measure of an explicit one
+         self%first_step = 0.0_wp
+      else if (self%first_step <= 0.0_wp) then
+         self%first_step = time_step
       end if
       if (time_step >= self%spec%step_limit*self%first_step) return
       call fail(error, exit_numerical, fastest_text(model)//': that makes the time step '// &

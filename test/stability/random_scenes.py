@@ -24,7 +24,7 @@ from hard_case import History, surroundings
 from run_data import Unreadable
 
 STEPS = 200
-LIMIT = 60 * (5 if os.environ.get("BUILD") == "debug" else 1)  # s: a scene that runs longer hangs
+LIMIT = 60  # s: a scene that runs longer hangs
 
 
 def number(x):
@@ -301,8 +301,8 @@ def faults_on_disk(out, status):
     return found
 
 
-def judge(program, text, ranks, out, environment):
-    """Run a scene: its status (None: stopped at the limit), its sentence, and what is wrong with it."""
+def judge(program, text, ranks, out, environment, limit):
+    """Run a scene: its status (None: stopped at the limit, s), its sentence, and what is wrong with it."""
     shutil.rmtree(out, ignore_errors=True)
     text = text.replace("'OUT'", f"'{out}'")
     command = (["mpirun", "-n", str(ranks)] if ranks > 1 else []) + [program]
@@ -310,7 +310,7 @@ def judge(program, text, ranks, out, environment):
         command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment
     )
     try:
-        output, errors = process.communicate(text.encode(), timeout=LIMIT)
+        output, errors = process.communicate(text.encode(), timeout=limit)
     except subprocess.TimeoutExpired:
         process.terminate()
         try:
@@ -318,7 +318,7 @@ def judge(program, text, ranks, out, environment):
         except subprocess.TimeoutExpired:
             process.kill()
             process.communicate()
-        return None, "", [f"it was still running after {LIMIT} s"]
+        return None, "", [f"it was still running after {limit} s"]
     errors = errors.decode(errors="replace")
     sentences = [line for line in errors.splitlines() if line.startswith("gimp3d: ")]
     found = []
@@ -330,10 +330,11 @@ def judge(program, text, ranks, out, environment):
     return status, sentences[-1] if sentences else "", found + faults_on_disk(out, status)
 
 
-def main():
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+def main(make_scene, what, limit=LIMIT):
+    """Run the command: scenes of `make_scene(seed)`, whose method text gives the scene with 'OUT' for its
+    directory; `what` is told by --help; a scene that runs longer than `limit`, s, hangs."""
+    limit *= 5 if os.environ.get("BUILD") == "debug" else 1
+    parser = argparse.ArgumentParser(description=what, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("work", type=Path)
     parser.add_argument("program")
     parser.add_argument("count", type=int)
@@ -346,10 +347,11 @@ def main():
     environment = surroundings()
     ends, wrong = collections.Counter(), 0
     for seed in range(args.first, args.first + args.count):
-        text = Scene(seed).text()
+        text = make_scene(seed).text()
         ranks = args.ranks[seed % len(args.ranks)]
         out = (args.work / f"out_{seed}").resolve()
-        status, sentence, faults = judge(str(Path(args.program).resolve()), text, ranks, out, environment)
+        program = str(Path(args.program).resolve())
+        status, sentence, faults = judge(program, text, ranks, out, environment, limit)
         ends["still running" if status is None else status] += 1
         if sentence:
             print(f"   {seed} on {ranks}: {status}: {sentence[8:200]}", flush=True)
@@ -370,4 +372,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    main(Scene, __doc__)
