@@ -390,7 +390,8 @@ def lost_share(run, time):
 
 def kinetic_share(run, record, row, main, answer):
     """Largest kinetic energy over the second half of the loading and the unloading, as a share of the tools'
-    work: a quasi-static curve has less than 1 %."""
+    work: a quasi-static curve has less than 1 %. And that of the loading, as a share of what unloading gives
+    back: soft metal gives little back."""
     path = run.directory / "energy.dat"
     energy = History(path) if path.is_file() else None
     if energy is None or energy.rows == 0:
@@ -407,6 +408,16 @@ def kinetic_share(run, record, row, main, answer):
         answer["notes"].append(
             f"Kinetic energy reaches {100 * answer['kinetic_share']:.2g} % of the work over the part that is "
             "used: the curve is not quasi-static. Move the tool more slowly."
+        )
+    loading = used & (energy["time"] <= record.time[row])
+    if answer.get("work_ratio") is None or answer["work_ratio"] >= 1.0 or not np.any(loading):
+        return
+    back = 1.0 - answer["work_ratio"]
+    answer["kinetic_over_returned"] = float(np.max(energy["kinetic"][loading] / work[loading])) / back
+    if answer["kinetic_over_returned"] > 0.1:
+        answer["notes"].append(
+            f"Kinetic energy on the way in is {100 * answer['kinetic_over_returned']:.2g} % of the energy that "
+            "unloading gives back: a tool that stops loses some of its load to it. Move the tool more slowly."
         )
 
 

@@ -418,6 +418,16 @@ check(
     "kinetic energy above 1 %: a sentence",
     status == 0 and "not quasi-static" in text and near(answer["kinetic_share"], 0.05, 1e-6),
 )
+returned = 1 - answer["work_ratio"]
+check(
+    "and beside what unloading gives back: another",
+    "that unloading gives back" in text and near(answer["kinetic_over_returned"], 0.05 / returned, 1e-6),
+)
+_, text, answer = run("quarter")
+check(
+    "where it is small beside that: none",
+    0 < answer["kinetic_over_returned"] < 0.1 and "that unloading gives back" not in text,
+)
 
 fabricate("two", tools=("cone", "other"))
 status, text, _ = run("two")
