@@ -416,8 +416,9 @@ def kinetic_share(run, record, row, main, answer):
     answer["kinetic_over_returned"] = float(np.max(energy["kinetic"][loading] / work[loading])) / back
     if answer["kinetic_over_returned"] > 0.1:
         answer["notes"].append(
-            f"Kinetic energy on the way in is {100 * answer['kinetic_over_returned']:.2g} % of the energy that "
-            "unloading gives back: a tool that stops loses some of its load to it. Move the tool more slowly."
+            f"Kinetic energy on the way in is {100 * answer['kinetic_over_returned']:.2g} % of the energy "
+            "that unloading gives back: a tool that stops loses some of its load to it. Move the tool more "
+            "slowly."
         )
 
 
