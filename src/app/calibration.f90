@@ -18,7 +18,7 @@ module m_calibration
    use m_snapshot, only: snapshot_t
    use m_hdf5_snapshot, only: hdf5_snapshot_bytes
    use m_tecplot_snapshot, only: tecplot_snapshot_bytes
-   use m_probe, only: probe_t, reading_t, choose_particle, read_probes
+   use m_probe, only: probe_t, choose_particle, read_probe
    use m_particle_snapshot, only: take_snapshot
    use m_contact_area, only: projected_area
    implicit none
@@ -170,8 +170,7 @@ contains
       type(balance_t) :: balance
       type(snapshot_t) :: snapshot
       type(probe_t), allocatable :: probes(:)
-      type(reading_t), allocatable :: readings(:)
-      real(wp) :: area, began, bytes, largest, value
+      real(wp) :: area, began, bytes, largest, value, position(3), stress(6), strain, recovered(6)
       integer :: f
       probes = [(choose_particle(model, scene%probes(f)%position), f=1, size(scene%probes))]
       began = wall_time()
@@ -182,7 +181,9 @@ contains
                                   model%levels(size(model%levels)), model%materials, &
                                   model%contact%candidates%carried + f - 1)
       end do
-      if (scene%output%present) readings = read_probes(model, probes)
+      do f = 1, size(probes)
+         if (scene%output%present) call read_probe(model, probes(f), position, stress, strain, recovered)
+      end do
       found%rates%history = model%communicator%maximum(wall_time() - began)
       value = text_cost()
       if (scene%output%present) &

@@ -7,20 +7,12 @@ module m_probe
    use m_recovered_at, only: recover_stress_at
    implicit none
    private
-   public :: probe_t, reading_t, choose_particle, read_probes, kinship
+   public :: probe_t, choose_particle, read_probe, kinship
 
    !> A probed particle, known by its id.
    type :: probe_t
       integer(i8) :: id = 0
    end type probe_t
-
-   !> What a probe reads: all 0 when nothing is left of its particle.
-   type :: reading_t
-      real(wp) :: position(3) = 0.0_wp         !< m
-      real(wp) :: stress(6) = 0.0_wp           !< Pa; xx yy zz yz xz xy
-      real(wp) :: plastic_strain = 0.0_wp      !< equivalent; 0 when the law has no plastic flow
-      real(wp) :: recovered(6) = 0.0_wp        !< stress, Pa
-   end type reading_t
 
 contains
 
@@ -52,38 +44,41 @@ contains
       probe%id = id
    end function choose_particle
 
-   !> Collective: what probes read.
-   function read_probes(model, probes) result(readings)
+   !> Collective: position (m), stress (Pa; xx yy zz yz xz xy), equivalent plastic strain and recovered stress
+   !> (Pa) of the probed particle; strain is 0 when its law has no plastic flow, all are 0 when nothing is
+   !> left of the particle.
+   subroutine read_probe(model, probe, position, stress, plastic_strain, recovered)
       type(model_t), intent(in) :: model
-      type(probe_t), intent(in) :: probes(:)
-      type(reading_t) :: readings(size(probes))
-      real(wp) :: found(16, size(probes))
+      type(probe_t), intent(in) :: probe
+      real(wp), intent(out) :: position(3), stress(6), plastic_strain, recovered(6)
+      real(wp) :: found(16)
       integer(i8) :: id
-      integer :: b, l, n, p, where(3, size(probes))
+      integer :: b, l, p, where(3)
       found = 0.0_wp
       where = 0
-      do n = 1, size(probes)
-         id = heir(model, probes(n)%id)
-         do l = 1, size(model%levels)
-            do b = 1, size(model%levels(l)%blocks)
-               associate (particles => model%levels(l)%blocks(b)%particles, at => model%levels(l)%layout)
-                  p = findloc(particles%id(:particles%count), id, dim=1)
-                  if (p == 0) cycle
-                  where(:, n) = [l, b, p]
-                  found(:9, n) = [particles%column(p, at%position:at%position + 2), &
-                                  particles%column(p, at%stress:at%stress + 5)]
-                  associate (law => model%materials%slots(model%materials%of_body(particles%body(p)))%law)
-                     found(10, n) = law%equivalent_plastic_strain(particles%column(p, :))
-                  end associate
+      id = heir(model, probe%id)
+      do l = 1, size(model%levels)
+         do b = 1, size(model%levels(l)%blocks)
+            associate (particles => model%levels(l)%blocks(b)%particles, at => model%levels(l)%layout)
+               p = findloc(particles%id(:particles%count), id, dim=1)
+               if (p == 0) cycle
+               where = [l, b, p]
+               found(:9) = [particles%column(p, at%position:at%position + 2), &
+                           particles%column(p, at%stress:at%stress + 5)]
+               associate (law => model%materials%slots(model%materials%of_body(particles%body(p)))%law)
+                  found(10) = law%equivalent_plastic_strain(particles%column(p, :))
                end associate
-            end do
+            end associate
          end do
       end do
-      call recover_stress_at(model, where, found(11:, :))
+      call recover_stress_at(model, where, found(11:))
       call MPI_Allreduce(MPI_IN_PLACE, found, size(found), MPI_DOUBLE_PRECISION, MPI_SUM, &
                          model%communicator%comm)
-      readings = [(reading_t(found(1:3, n), found(4:9, n), found(10, n), found(11:, n)), n=1, size(probes))]
-   end function read_probes
+      position = found(1:3)
+      stress = found(4:9)
+      plastic_strain = found(10)
+      recovered = found(11:)
+   end subroutine read_probe
 
    !> Collective: id of the particle that a probed one lives on in: itself or its lowest part, which have its
    !> id, or what it was merged into, which is of all parts of its first parent the one with which it has most

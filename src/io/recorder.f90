@@ -14,7 +14,7 @@ module m_recorder
    use m_contact_area, only: projected_area
    use m_model, only: model_t
    use m_energy, only: balance_t
-   use m_probe, only: probe_t, reading_t, choose_particle, read_probes
+   use m_probe, only: probe_t, choose_particle, read_probe
    use m_history, only: history_t, history_header_t, history_text_length
    use m_snapshot, only: snapshot_t
    use m_particle_snapshot, only: take_snapshot
@@ -214,8 +214,7 @@ contains
       type(model_t), intent(inout) :: model
       type(balance_t), intent(in) :: balance
       type(error_t), intent(inout) :: error
-      type(reading_t), allocatable :: readings(:)
-      real(wp) :: area
+      real(wp) :: area, position(3), stress(6), plastic_strain, recovered(6)
       integer :: n
       self%rows = 1 + int(model%time/self%history_every*(1.0_wp + 1.0e-12_wp))
       if (.not. self%writes) return
@@ -237,13 +236,10 @@ contains
                                                state%moment], error)
          end associate
       end do
-      readings = read_probes(model, self%probed(:self%probes))
       do n = 1, self%probes
-         associate (r => readings(n))
-            call self%histories(1 + self%tools + n)%append([model%time, r%position, r%stress, &
-                                                            mises(r%stress), r%plastic_strain, r%recovered, &
-                                                            mises(r%recovered)], error)
-         end associate
+         call read_probe(model, self%probed(n), position, stress, plastic_strain, recovered)
+         call self%histories(1 + self%tools + n)%append([model%time, position, stress, mises(stress), &
+                                                         plastic_strain, recovered, mises(recovered)], error)
       end do
       do n = 1, self%pairs
          associate (pair => model%contact%pairs%states(n))

@@ -33,12 +33,11 @@ contains
 
    !> Set a block's tiles to what its own particles give: volume (m3) and volume times their place from the
    !> node (m4); volume and volume times stress (J).
-   subroutine give_stress(cells, column, layout, frame, stress, places, stresses)
+   subroutine give_stress(cells, column, layout, frame, places, stresses)
       type(cell_list_t), intent(in) :: cells !< whose particles are gone through
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
-      real(wp), intent(in) :: stress(:, :) !< (6, particles), Pa
       real(wp), intent(out), dimension(node_values, 0:tile_last, 0:tile_last, 0:tile_last) :: places, stresses
       type(shares_t) :: shares
       real(wp) :: volume
@@ -60,7 +59,8 @@ contains
                         places(2:4, i, j, k) = places(2:4, i, j, k) + share*frame%cell &
                                                *(shares%offset(:, m) - [a - 1, b - 1, c - 1])
                         stresses(1, i, j, k) = stresses(1, i, j, k) + share
-                        stresses(2:7, i, j, k) = stresses(2:7, i, j, k) + share*stress(:, p)
+                        stresses(2:7, i, j, k) = stresses(2:7, i, j, k) &
+                                                 + share*column(p, layout%stress:layout%stress + 5)
                      end associate
                   end do
                end do

@@ -11,7 +11,7 @@ module m_recovered_at
    use m_edge, only: edge_t, take_means, patch_last
    use m_boundary, only: mirror_means, motion_parity, stress_parity
    use m_stress_recovery, only: make_means
-   use m_recovered_stress, only: give, take, members_of, chosen, own_stress, passes
+   use m_recovered_stress, only: give, take, members_of, chosen
    implicit none
    private
    public :: recover_stress_at
@@ -23,148 +23,75 @@ module m_recovered_at
       real(wp), allocatable :: places(:, :, :, :), stresses(:, :, :, :)
    end type box_t
 
-   !> What is given to the nodes of a box, and to those of the next coarser level that its constrained nodes
-   !> depend on.
-   type :: around_t
-      type(box_t) :: own, coarser !< of the latter none where its level is 0
-   end type around_t
-
    !> The same, or means of it, as tiles of a block.
    type :: tiles_t
       real(wp), dimension(node_values, 0:tile_last, 0:tile_last, 0:tile_last) :: places, stresses
    end type tiles_t
 
-   integer, parameter :: near = 2 !< nodes apart: particles that are looked for together
-
 contains
 
-   !> Collective: the recovered stress (Pa) of particles, each on the rank that has it; 0 on the others. Those
-   !> near each other are looked for together.
+   !> Collective: the recovered stress (Pa) of one particle, on the rank that has it; 0 on the others.
    subroutine recover_stress_at(model, at, stress)
       type(model_t), intent(in) :: model
-      integer, intent(in) :: at(:, :)       !< (3, particles): level, block and number here; 0 where not here
-      real(wp), intent(out) :: stress(:, :) !< (6, particles)
-      integer :: facts(5, size(at, 2)) ! level, body, the node in the middle of its bin
-      logical :: group(size(at, 2)), open(size(at, 2))
-      integer :: n
+      integer, intent(in) :: at(3) !< its level, block and number here; 0 where it is not
+      real(wp), intent(out) :: stress(6)
+      type(box_t) :: around
+      type(tiles_t) :: tiles
+      real(wp), allocatable :: found(:, :)
+      integer :: facts(5) ! its level, its body, the node in the middle of its bin
       stress = 0.0_wp
       facts = -1
-      do n = 1, size(at, 2)
-         if (at(3, n) < 1) cycle
-         associate (block => model%levels(at(1, n))%blocks(at(2, n)))
-            facts(:, n) = [at(1, n), block%particles%body(at(3, n)), &
-                           block_size*block%place + bin_place(int(block%cells%bin(at(3, n))))]
+      if (at(3) > 0) then
+         associate (block => model%levels(at(1))%blocks(at(2)))
+            facts = [at(1), block%particles%body(at(3)), &
+                     block_size*block%place + bin_place(int(block%cells%bin(at(3))))]
          end associate
-      end do
+      end if
       call MPI_Allreduce(MPI_IN_PLACE, facts, size(facts), MPI_INTEGER, MPI_MAX, model%communicator%comm)
-      open = facts(1, :) > 0 ! of others nothing is left
-      do n = 1, size(at, 2)
-         if (.not. open(n)) cycle
-         group = open .and. facts(1, :) == facts(1, n) .and. facts(2, :) == facts(2, n) &
-                 .and. maxval(abs(facts(3:, :) - spread(facts(3:, n), 2, size(at, 2))), dim=1) <= near
-         open = open .and. .not. group
-         call recover_group(model, facts, group, at, stress)
-      end do
+      if (facts(1) < 1) return ! nothing is left of it
+      associate (l => facts(1), body => facts(2), middle => facts(3:5))
+         call sum_up(model, body, l, middle - 1, middle + 1, around)
+         call set_means(model, around, middle/block_size, tiles)
+         call follow_coarser(model, body, around, middle/block_size, tiles)
+         if (at(3) < 1) return
+         associate (level => model%levels(l), block => model%levels(l)%blocks(at(2)))
+            call mirror(model, l, block%place, tiles)
+            allocate (found(6, block%particles%count))
+            call take(level, at(2), chosen(block%cells, [at(3)]), tiles%places, tiles%stresses, found)
+            stress = found(:, at(3))
+         end associate
+      end associate
    end subroutine recover_stress_at
 
-   !> Collective: the same of some that are of one level and body.
-   subroutine recover_group(model, facts, group, at, stress)
-      type(model_t), intent(in) :: model
-      integer, intent(in) :: facts(:, :)
-      logical, intent(in) :: group(:)
-      integer, intent(in) :: at(:, :)
-      real(wp), intent(inout) :: stress(:, :)
-      type(around_t) :: around
-      real(wp), allocatable :: found(:, :)
-      integer :: first, low(3), high(3), n, pass
-      first = findloc(group, .true., dim=1)
-      low = minval(facts(3:, :), dim=2, mask=spread(group, 1, 3)) - 1
-      high = maxval(facts(3:, :), dim=2, mask=spread(group, 1, 3)) + 1
-      associate (l => facts(1, first), body => facts(2, first))
-         do pass = 1, passes
-            call look_around(model, body, l, low, high, pass, around)
-            do n = 1, size(group)
-               if (.not. group(n) .or. at(3, n) < 1) cycle
-               found = taken(model, around, at(2, n), chosen(model%levels(l)%blocks(at(2, n))%cells, &
-                                                             [at(3, n)]))
-               stress(:, n) = stress(:, n) + found(:, at(3, n))
-            end do
-         end do
-      end associate
-   end subroutine recover_group
-
-   !> Collective: what the particles of a body give in a pass to the nodes of a box, and to the coarser ones
-   !> that they depend on.
-   recursive subroutine look_around(model, body, l, low, high, pass, around)
-      type(model_t), intent(in) :: model
-      integer, intent(in) :: body, l, low(3), high(3), pass
-      type(around_t), intent(out) :: around
-      integer :: i, j, k
-      call sum_up(model, body, l, low, high, pass, around%own)
-      if (l == 1) return
-      do k = low(3), high(3)
-         do j = low(2), high(2)
-            do i = low(1), high(1)
-               if (model%levels(l)%region%is_inner([i, j, k])) cycle
-               call sum_up(model, body, l - 1, (low - modulo(low, 2))/2, (high + modulo(high, 2))/2, pass, &
-                           around%coarser)
-               return
-            end do
-         end do
-      end do
-   end subroutine look_around
-
-   !> What a block's members take from the nodes around them, (6, particles), Pa; 0 for the others.
-   function taken(model, around, b, members) result(found)
-      type(model_t), intent(in) :: model
-      type(around_t), intent(in) :: around
-      integer, intent(in) :: b
-      type(cell_list_t), intent(in) :: members
-      real(wp), allocatable :: found(:, :)
-      type(tiles_t) :: tiles
-      associate (level => model%levels(around%own%level))
-         allocate (found(6, level%blocks(b)%particles%count), source=0.0_wp)
-         if (members%count == 0) return
-         call set_means(around%own, level%blocks(b)%place, tiles)
-         call follow_coarser(model, around, level%blocks(b)%place, tiles)
-         call mirror(model, around%own%level, level%blocks(b)%place, tiles)
-         call take(level, b, members, tiles%places, tiles%stresses, found)
-      end associate
-   end function taken
-
    !> Collective: what the particles of a body give to the nodes of a box, those of the next finer level too.
-   recursive subroutine sum_up(model, body, l, low, high, pass, box)
+   subroutine sum_up(model, body, l, low, high, box)
       type(model_t), intent(in) :: model
-      integer, intent(in) :: body, l, low(3), high(3), pass
+      integer, intent(in) :: body, l, low(3), high(3)
       type(box_t), intent(out) :: box
       type(box_t) :: finer
-      call sum_own(model, body, l, low, high, pass, box)
+      call sum_own(model, body, l, low, high, box)
       if (l == size(model%levels)) return
       associate (grid => model%levels(l)%grid)
          if (.not. model%levels(l + 1)%region%overlaps(grid%lower + (low - 2)*grid%cell, &
                                                        grid%lower + (high + 2)*grid%cell)) return
       end associate
-      call sum_own(model, body, l + 1, 2*low - 1, 2*high + 1, pass, finer)
+      call sum_own(model, body, l + 1, 2*low - 1, 2*high + 1, finer)
       call hand_up(model, finer, box)
    end subroutine sum_up
 
-   !> Collective: what the particles of a body that live on a level give to the nodes of a box there: in the
-   !> first pass their stress, in the second what the first has left of it.
-   recursive subroutine sum_own(model, body, l, low, high, pass, box)
+   !> Collective: what the particles of a body that live on a level give to the nodes of a box there.
+   subroutine sum_own(model, body, l, low, high, box)
       type(model_t), intent(in) :: model
-      integer, intent(in) :: body, l, low(3), high(3), pass
+      integer, intent(in) :: body, l, low(3), high(3)
       type(box_t), intent(out) :: box
-      type(around_t) :: before
       type(tiles_t) :: tiles
       type(cell_list_t) :: members
       real(wp), allocatable :: parts(:, :, :, :, :, :) !< of each of the blocks that may have these nodes:
                                                        !< added up in their order on any ranks
-      real(wp), allocatable :: stress(:, :)
       integer :: b, first(3), slot, a(3), z(3)
       box%level = l
       box%low = low
       box%high = high
-      if (pass > 1) call look_around(model, body, l, low - 2, high + 2, pass - 1, before)
       allocate (parts(node_values, low(1):high(1), low(2):high(2), low(3):high(3), 2, 8), source=0.0_wp)
       associate (level => model%levels(l))
          do b = 1, size(level%blocks)
@@ -174,9 +101,7 @@ contains
             if (any(a > z)) cycle
             members = members_of(level%blocks(b), body, low, high)
             if (members%count == 0) cycle
-            stress = own_stress(level, level%blocks(b))
-            if (pass > 1) stress = stress - taken(model, before, b, members)
-            call give(level, b, members, stress, tiles%places, tiles%stresses)
+            call give(level, b, members, tiles%places, tiles%stresses)
             slot = 1 + dot_product(modulo(level%blocks(b)%place, 2), [1, 2, 4])
             associate (part => parts(:, a(1):z(1), a(2):z(2), a(3):z(3), :, slot), f => a - first, &
                        t => z - first)
@@ -231,58 +156,56 @@ contains
    end subroutine hand_up
 
    !> The means of the nodes of a box in the tiles of a block; other nodes have none.
-   subroutine set_means(box, place, tiles)
+   subroutine set_means(model, box, place, tiles)
+      type(model_t), intent(in) :: model
       type(box_t), intent(in) :: box
       integer, intent(in) :: place(3) !< of the block
       type(tiles_t), intent(out) :: tiles
-      integer :: a(3), z(3), first(3)
+      integer :: a(3), z(3)
       tiles%places = 0.0_wp
       tiles%stresses = 0.0_wp
-      first = block_size*place - 1
-      a = max(box%low, first)
-      z = min(box%high, first + tile_last)
-      associate (f => a - first, t => z - first)
-         tiles%places(:, f(1):t(1), f(2):t(2), f(3):t(3)) = box%places(:, a(1):z(1), a(2):z(2), a(3):z(3))
-         tiles%stresses(:, f(1):t(1), f(2):t(2), f(3):t(3)) &
-            = box%stresses(:, a(1):z(1), a(2):z(2), a(3):z(3))
-      end associate
+      a = box%low - (block_size*place - 1)
+      z = box%high - (block_size*place - 1)
+      tiles%places(:, a(1):z(1), a(2):z(2), a(3):z(3)) = box%places
+      tiles%stresses(:, a(1):z(1), a(2):z(2), a(3):z(3)) = box%stresses
       call make_means(tiles%places)
       call make_means(tiles%stresses)
    end subroutine set_means
 
-   !> Those of the nodes of a block's tiles that are constrained have the means of the nodes that they depend
-   !> on.
-   subroutine follow_coarser(model, around, place, tiles)
+   !> Collective: those of the nodes of a box that are constrained have the means of the nodes that they
+   !> depend on.
+   subroutine follow_coarser(model, body, around, place, tiles)
       type(model_t), intent(in) :: model
-      type(around_t), intent(in) :: around
-      integer, intent(in) :: place(3) !< of the block
+      integer, intent(in) :: body
+      type(box_t), intent(in) :: around
+      integer, intent(in) :: place(3) !< of the block that the tiles are of
       type(tiles_t), intent(inout) :: tiles
+      type(box_t) :: box
       type(tiles_t) :: coarser
       type(edge_t) :: edge
-      integer :: found(4, (tile_last + 1)**3), i, j, k, n, a(3), z(3), first(3)
-      if (around%coarser%level == 0) return
-      first = block_size*place - 1
-      a = max(around%own%low, first)
-      z = min(around%own%high, first + tile_last)
+      integer :: found(4, 27), i, j, k, n, a(3), z(3)
+      if (around%level == 1) return
       n = 0
-      do k = a(3), z(3)
-         do j = a(2), z(2)
-            do i = a(1), z(1)
-               if (model%levels(around%own%level)%region%is_inner([i, j, k])) cycle
+      do k = around%low(3), around%high(3)
+         do j = around%low(2), around%high(2)
+            do i = around%low(1), around%high(1)
+               if (model%levels(around%level)%region%is_inner([i, j, k])) cycle
                n = n + 1
-               found(:, n) = [[i, j, k] - first, 1]
+               found(:, n) = [[i, j, k] - (block_size*place - 1), 1]
             end do
          end do
       end do
       if (n == 0) return
       edge%constrained = found(:, :n)
       edge%corner = block_size/2*modulo(place, 2)
-      associate (parent => (place - modulo(place, 2))/2, c => edge%corner, d => edge%corner + patch_last)
-         call set_means(around%coarser, parent, coarser)
-         call mirror(model, around%coarser%level, parent, coarser)
-         call take_means(edge, coarser%places(:, c(1):d(1), c(2):d(2), c(3):d(3)), tiles%places)
-         call take_means(edge, coarser%stresses(:, c(1):d(1), c(2):d(2), c(3):d(3)), tiles%stresses)
-      end associate
+      call sum_up(model, body, around%level - 1, (around%low - modulo(around%low, 2))/2, &
+                  (around%high + modulo(around%high, 2))/2, box)
+      call set_means(model, box, place/2, coarser)
+      call mirror(model, around%level - 1, place/2, coarser)
+      a = edge%corner
+      z = edge%corner + patch_last
+      call take_means(edge, coarser%places(:, a(1):z(1), a(2):z(2), a(3):z(3)), tiles%places)
+      call take_means(edge, coarser%stresses(:, a(1):z(1), a(2):z(2), a(3):z(3)), tiles%stresses)
    end subroutine follow_coarser
 
    !> Means beyond planes of symmetry.

@@ -14,8 +14,7 @@ module m_recovered_stress
    use m_composite_means, only: add_from_finer, take_from_coarser
    implicit none
    private
-   public :: block_stress_t, level_stress_t, recover_stress, give, take, members_of, chosen, own_stress, &
-             passes
+   public :: block_stress_t, level_stress_t, recover_stress, give, take, members_of, chosen
 
    !> The recovered stress of the particles of a block.
    type :: block_stress_t
@@ -32,8 +31,6 @@ module m_recovered_stress
       real(wp), allocatable :: tiles(:, :, :, :, :)
    end type pool_t
 
-   integer, parameter :: passes = 2 !< the first makes a bent stress flatter; the second recovers what it left
-
 contains
 
    !> Collective: the recovered stress of this rank's particles of all levels. The model stays as it is.
@@ -41,67 +38,43 @@ contains
       type(model_t), intent(inout) :: model
       type(level_stress_t), allocatable, intent(out) :: recovered(:) !< of the levels
       type(pool_t) :: places(size(model%levels)), stresses(size(model%levels))
-      type(level_stress_t) :: left(size(model%levels))
-      real(wp), allocatable :: found(:, :)
-      integer :: b, body, l, pass
-      type(cell_list_t) :: members
+      integer :: b, body, l
       allocate (recovered(size(model%levels)))
       do l = 1, size(model%levels)
          associate (level => model%levels(l))
-            allocate (recovered(l)%blocks(size(level%blocks)), left(l)%blocks(size(level%blocks)))
+            allocate (recovered(l)%blocks(size(level%blocks)))
             do b = 1, size(level%blocks)
                allocate (recovered(l)%blocks(b)%of(6, level%blocks(b)%particles%count), source=0.0_wp)
-               left(l)%blocks(b)%of = own_stress(level, level%blocks(b))
             end do
             allocate (places(l)%tiles, stresses(l)%tiles, mold=level%nodes)
          end associate
       end do
       do body = 1, size(model%materials%of_body)
-         do pass = 1, passes
-            call sum_up(model, body, left, places, stresses)
-            do l = 1, size(model%levels)
-               call set_means(model, l, motion_parity, places)
-               call set_means(model, l, stress_parity, stresses)
-               do b = 1, size(model%levels(l)%blocks)
-                  associate (all => recovered(l)%blocks(b)%of, rest => left(l)%blocks(b)%of)
-                     members = members_of(model%levels(l)%blocks(b), body)
-                     allocate (found, mold=all)
-                     found = 0.0_wp
-                     call take(model%levels(l), b, members, places(l)%tiles(:, :, :, :, b), &
-                               stresses(l)%tiles(:, :, :, :, b), found)
-                     all = all + found
-                     rest = rest - found
-                     deallocate (found)
-                  end associate
-               end do
+         call sum_up(model, body, places, stresses)
+         do l = 1, size(model%levels)
+            call set_means(model, l, motion_parity, places)
+            call set_means(model, l, stress_parity, stresses)
+            do b = 1, size(model%levels(l)%blocks)
+               call take(model%levels(l), b, members_of(model%levels(l)%blocks(b), body), &
+                         places(l)%tiles(:, :, :, :, b), stresses(l)%tiles(:, :, :, :, b), &
+                         recovered(l)%blocks(b)%of)
             end do
          end do
       end do
    end subroutine recover_stress
 
-   !> The stress of a block's particles, (6, particles), Pa.
-   pure function own_stress(level, block) result(stress)
-      type(level_t), intent(in) :: level
-      type(block_t), intent(in) :: block
-      real(wp) :: stress(6, block%particles%count)
-      associate (s => level%layout%stress)
-         stress = transpose(block%particles%column(:block%particles%count, s:s + 5))
-      end associate
-   end function own_stress
-
    !> Collective: what the particles of a body give to the nodes of all levels, in all tiles, the finest level
    !> first: each hands up to the next what its constrained nodes were given.
-   subroutine sum_up(model, body, left, places, stresses)
+   subroutine sum_up(model, body, places, stresses)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: body
-      type(level_stress_t), intent(in) :: left(:) !< what is given
       type(pool_t), intent(inout) :: places(:), stresses(:)
       integer :: b, l
       do l = size(model%levels), 1, -1
          associate (level => model%levels(l))
             do b = 1, size(level%blocks)
-               call give(level, b, members_of(level%blocks(b), body), left(l)%blocks(b)%of, &
-                         places(l)%tiles(:, :, :, :, b), stresses(l)%tiles(:, :, :, :, b))
+               call give(level, b, members_of(level%blocks(b), body), places(l)%tiles(:, :, :, :, b), &
+                         stresses(l)%tiles(:, :, :, :, b))
             end do
             if (l < size(model%levels)) then
                associate (composite => model%composite(l + 1), finer => model%levels(l + 1))
@@ -144,15 +117,14 @@ contains
    end subroutine set_means
 
    !> What a block's members give to its own tiles, folded back at symmetry planes.
-   subroutine give(level, b, members, stress, places, stresses)
+   subroutine give(level, b, members, places, stresses)
       type(level_t), intent(in) :: level
       integer, intent(in) :: b
       type(cell_list_t), intent(in) :: members
-      real(wp), intent(in) :: stress(:, :) !< (6, particles), Pa
       real(wp), intent(inout), contiguous :: places(:, :, :, :), stresses(:, :, :, :)
       associate (block => level%blocks(b))
-         call give_stress(members, block%particles%column, level%layout, frame_of(level, block), stress, &
-                          places, stresses)
+         call give_stress(members, block%particles%column, level%layout, frame_of(level, block), places, &
+                          stresses)
          call fold_symmetry(level%grid, block%place, places, motion_parity)
          call fold_symmetry(level%grid, block%place, stresses, stress_parity)
       end associate
