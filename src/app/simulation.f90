@@ -215,8 +215,9 @@ contains
       class(simulation_t), intent(inout) :: self
       logical, intent(in) :: written
       character(len=:), allocatable :: news
-      if (.not. self%error%happened()) call self%guard%look_at_step(self%model, longest_step(self%scene, &
-                                                                     self%model, self%model%time), self%error)
+      if (.not. self%error%happened()) &
+         call self%guard%look_at_step(self%model, longest_step(self%scene, self%model, self%model%time), &
+                                      self%scene%quasi_static%holds_at(self%model%time), self%error)
       if (self%error%happened()) return
       call self%range%look(self%model, self%model%time >= self%scene%end_time, news, self%error)
       if (news /= '') call self%console%line(news)

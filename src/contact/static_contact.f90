@@ -40,7 +40,8 @@ module m_static_contact
       integer :: count = 0
       type(static_tools_t) :: tools
       logical :: rubs = .false.             !< some tool has friction
-      real(wp) :: share = 1.0_wp !< of the forces of points here, what they are over the step
+      real(wp) :: share = 1.0_wp !< of forces here, what acts in the mean of a step: theta where there is
+                                 !< inertia
    contains
       procedure :: find
       procedure :: move

@@ -172,16 +172,17 @@ contains
 
    !> Collective: after each step. Past a trouble the given steps are taken again; a time step that has become
    !> very small is a fault.
-   subroutine look_at_step(self, model, time_step, error)
+   subroutine look_at_step(self, model, time_step, implicit, error)
       class(guard_t), intent(inout) :: self
       type(model_t), intent(in) :: model
       real(wp), intent(in) :: time_step !< the next one, without the share, s
+      logical, intent(in) :: implicit   !< it is; such steps have a limit of their own
       type(error_t), intent(inout) :: error
       if (self%attempt > 0 .and. model%time >= self%until) then
          self%attempt = 0
          self%looked = model%step - self%spec%save_every ! look now, and keep what has been won
       end if
-      if (.not. model%has_inertia) then ! a quasi-static step is no measure of an explicit one
+      if (implicit) then ! its length is no measure of an explicit step
          self%first_step = 0.0_wp
       else if (self%first_step <= 0.0_wp) then
          self%first_step = time_step

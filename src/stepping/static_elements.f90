@@ -114,9 +114,10 @@ contains
       class(static_elements_t), intent(inout) :: self
       type(static_system_t), intent(in) :: system
       real(wp), intent(in), contiguous :: tiles(:, 0:, 0:, 0:, :)
-      real(wp) :: lame, shear, element(24, 24), bulk_part(24, 24), shear_part(24, 24)
+      real(wp) :: poisson, lame, shear, element(24, 24), bulk_part(24, 24), shear_part(24, 24)
       integer :: b, c, i, j, k, rows(24), cell(3)
       call unit_elements(bulk_part, shear_part)
+      poisson = poisson_of(system%model)
       associate (level => system%model%levels(1), ghost => system%levels(1)%ghost)
          do b = 1, size(level%blocks)
             do k = 0, tile_last - 1
@@ -130,7 +131,7 @@ contains
                         rows(3*c + 1:3*c + 3) = rows_of(tiles(:, i + ibits(c, 0, 1), j + ibits(c, 1, 1), &
                                                               k + ibits(c, 2, 1), b))
                      end do
-                     call moduli(ghost%young(i, j, k, b), poisson_of(system%model), lame, shear)
+                     call moduli(ghost%young(i, j, k, b), poisson, lame, shear)
                      element = level%grid%cell*(lame*bulk_part + shear*shear_part)
                      call self%multigrid%add(rows, element)
                   end do

@@ -183,8 +183,9 @@ def changes():
         ("loaded", "step=0.25, max_step=0.25, from=3"),
         ("let_go", "step=0.25, max_step=0.25, to=5.9"),
         ("let_go_late", "step=2500, max_step=2500, to=59999.9"),
+        ("let_go_inertia", "mode='newmark', theta=1, step=2500, to=59999.9"),
     ):
-        log = run((slowly if name == "let_go_late" else text).format(name=name, steps=steps), 2)
+        log = run((slowly if "to=59999.9" in steps else text).format(name=name, steps=steps), 2)
         load[name] = tool(name, "ball")["load_z"]
         require(f"{name}: the change is told", name == "held" or "steps      from time" in log)
     check(
@@ -192,7 +193,7 @@ def changes():
         load["loaded"][-1] / load["held"][-1] - 1,
         0.05,
     )
-    for name in ("let_go", "let_go_late"):
+    for name in ("let_go", "let_go_late", "let_go_inertia"):
         check(
             f"{name}: explicit from its equilibrium on: load against that, relative",
             load[name][-1] / load["held"][-1] - 1,
