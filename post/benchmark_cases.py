@@ -796,8 +796,8 @@ def cases():
             "held, drawn back. " + nested + "; depth and stiffness without what the base takes, q P/(E' t)",
             "Work that contact loses on the way (the error of the energy balance) counts as plastic: Wp/Wt "
             "comes out high where little is given back. C is of the load while the tool moves. At E/Y = 700 "
-            "the load falls by 14 % when the tool stands, to 86 Y h^2 (tool_tool.dat of the run): the tool is "
-            "fast for so soft a metal, as `make hardness` says of it, and slower ones lose less "
+            "the load falls by 14 % when the tool stands, to 86 Y h^2 (tool_tool.dat of the run): the tool "
+            "is fast for so soft a metal, as `make hardness` says of it, and slower ones lose less "
             "([notebook](../notebook/load_at_a_stop.md)). The stiffness "
             "says an area of 37.1 h^2, as it should be; the recovered area is 32.5 h^2, and H, of the load "
             "at rest over that, is right because both are too small. Six cells to the radius do not resolve "

@@ -1,5 +1,5 @@
-"""Implicit steps with inertia, &quasi_static mode='newmark', against exact answers (theory.md, Implicit steps with
-inertia). usage: newmark.py (in an empty directory; GIMP3D is the program)"""
+"""Implicit steps with inertia, &quasi_static mode='newmark', against exact answers (theory.md, Implicit
+steps with inertia). usage: newmark.py (in an empty directory; GIMP3D is the program)"""
 
 import os
 import subprocess
@@ -59,8 +59,8 @@ def root(steps, theta):
 
 
 def vibrates():
-    """Period and decay are those of the rule, to what the cells are off by ((k h)^2 / 24 = 4.0e-4); the error of
-    the period goes with the square of the step; energy stays. Without inertia nothing swings."""
+    """Period and decay are those of the rule, to what the cells are off by ((k h)^2 / 24 = 4.0e-4); the
+    error of the period goes with the square of the step; energy stays. Without inertia nothing swings."""
     errors = []
     for steps in (10, 20, 40):
         name = f"bar_{steps}"
