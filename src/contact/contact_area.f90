@@ -36,7 +36,6 @@ module m_contact_area
    type :: squares_t
       real(wp) :: low(2) = 0.0_wp, width = 1.0_wp
       integer, allocatable :: first(:, :), next(:)
-      integer :: most = 0 !< points of a square
    end type squares_t
 
    real(wp), parameter :: farthest = 1.5_wp !< cells: gaps that are looked at
@@ -210,20 +209,17 @@ contains
       type(surface_point_t), intent(in) :: points(:)
       real(wp), intent(in) :: width !< m
       type(squares_t) :: squares
-      integer, allocatable :: filled(:, :)
       integer :: at(2), p
       squares%width = width
       squares%low = [minval(points%place(1)), minval(points%place(2))]
       at = square_of(squares, [maxval(points%place(1)), maxval(points%place(2))])
-      allocate (squares%first(0:at(1), 0:at(2)), filled(0:at(1), 0:at(2)), source=0)
+      allocate (squares%first(0:at(1), 0:at(2)), source=0)
       allocate (squares%next(size(points)))
       do p = size(points), 1, -1
          at = square_of(squares, points(p)%place)
          squares%next(p) = squares%first(at(1), at(2))
          squares%first(at(1), at(2)) = p
-         filled(at(1), at(2)) = filled(at(1), at(2)) + 1
       end do
-      squares%most = maxval(filled)
    end function sorted_in_squares
 
    pure function square_of(squares, place) result(at)
@@ -233,42 +229,41 @@ contains
       at = floor((place - squares%low)/squares%width)
    end function square_of
 
-   !> The points within a distance of a place.
-   pure function neighbours(points, squares, place, distance) result(found)
+   !> The points within a distance of a place: the first `count` of `near`. No list is allocated here, for
+   !> this is asked at every small square of the area.
+   pure subroutine find_neighbours(points, squares, place, distance, near, count)
       type(surface_point_t), intent(in) :: points(:)
       type(squares_t), intent(in) :: squares
       real(wp), intent(in) :: place(2), distance !< m
-      integer, allocatable :: found(:)
-      integer :: i, j, low(2), high(2), n, p
+      integer, intent(inout) :: near(:) !< room for all points
+      integer, intent(out) :: count
+      integer :: i, j, low(2), high(2), p
       low = max(0, square_of(squares, place - distance))
       high = min(ubound(squares%first), square_of(squares, place + distance))
-      allocate (found(max(0, squares%most*product(high - low + 1))))
-      n = 0
+      count = 0
       do j = low(2), high(2)
          do i = low(1), high(1)
             p = squares%first(i, j)
             do while (p > 0)
                if (sum((points(p)%place - place)**2) <= distance**2) then
-                  n = n + 1
-                  found(n) = p
+                  count = count + 1
+                  near(count) = p
                end if
                p = squares%next(p)
             end do
          end do
       end do
-      found = found(:n)
-   end function neighbours
+   end subroutine find_neighbours
 
    !> Points that no other one lies on top of, as the tool sees them.
    pure function at_surface(points, squares) result(surface)
       type(surface_point_t), intent(in) :: points(:)
       type(squares_t), intent(in) :: squares
       logical :: surface(size(points))
-      integer, allocatable :: near(:)
-      integer :: p
+      integer :: near(size(points)), n, p
       do p = 1, size(points)
-         near = neighbours(points, squares, points(p)%place, beside*points(p)%edge)
-         surface(p) = .not. any(points(near)%gap < points(p)%gap - buried*points(p)%edge)
+         call find_neighbours(points, squares, points(p)%place, beside*points(p)%edge, near, n)
+         surface(p) = .not. any(points(near(:n))%gap < points(p)%gap - buried*points(p)%edge)
       end do
    end function at_surface
 
@@ -278,13 +273,12 @@ contains
       type(squares_t), intent(in) :: squares
       real(wp), intent(in) :: cell !< m
       logical :: in_contact(size(points))
-      integer, allocatable :: near(:)
-      integer :: p
+      integer :: near(size(points)), n, p
       in_contact = points%pressed > 0.0_wp
       do p = 1, size(points)
          if (in_contact(p)) cycle
-         near = neighbours(points, squares, points(p)%place, cell)
-         in_contact(p) = points(p)%gap < closed*maxval(points(near)%gap)
+         call find_neighbours(points, squares, points(p)%place, cell, near, n)
+         in_contact(p) = points(p)%gap < closed*maxval(points(near(:n))%gap)
       end do
    end function closed_points
 
@@ -296,14 +290,12 @@ contains
       logical, intent(in) :: in_contact(:)
       real(wp), intent(in) :: distance !< m
       logical :: inside(size(points))
-      integer, allocatable :: near(:)
-      integer :: p
+      integer :: near(size(points)), n, p
       inside = .false.
       do p = 1, size(points)
          if (in_contact(p) .or. points(p)%gap > points(p)%edge) cycle
-         near = neighbours(points, squares, points(p)%place, distance)
-         near = pack(near, in_contact(near))
-         inside(p) = on_all_sides(points(p), points(near))
+         call find_neighbours(points, squares, points(p)%place, distance, near, n)
+         inside(p) = on_all_sides(points(p), points(pack(near(:n), in_contact(near(:n)))))
       end do
    end function surrounded
 
@@ -330,9 +322,8 @@ contains
       real(wp), intent(in) :: cell         !< m
       real(wp), intent(out) :: outwards(:, :) !< (2, points): unit vectors up the gap
       real(wp), intent(out) :: back(:)     !< along it, m; below 0 where not known
-      real(wp), allocatable :: way(:, :), rise(:), along(:)
-      integer, allocatable :: near(:)
-      integer :: k, n, p
+      real(wp) :: way(2), rise, along, furthest
+      integer :: near(size(points)), m, n, p
       outwards = 0.0_wp
       back = -1.0_wp
       do p = 1, size(points)
@@ -342,23 +333,30 @@ contains
             back(p) = points(p)%beside
             cycle
          end if
-         near = neighbours(points, squares, points(p)%place, cell)
-         near = pack(near, near /= p)
-         rise = points(near)%gap - points(p)%gap
-         way = reshape([(points(near(n))%place - points(p)%place, n=1, size(near))], [2, size(near)])
-         outwards(:, p) = matmul(way, rise/sum(way**2, dim=1))
+         call find_neighbours(points, squares, points(p)%place, cell, near, n)
+         do m = 1, n
+            if (near(m) == p) cycle
+            way = points(near(m))%place - points(p)%place
+            rise = points(near(m))%gap - points(p)%gap
+            outwards(:, p) = outwards(:, p) + way*rise/sum(way**2)
+         end do
          if (.not. norm2(outwards(:, p)) > 0.0_wp) cycle
          outwards(:, p) = outwards(:, p)/norm2(outwards(:, p))
-         along = merge(matmul(outwards(:, p), way), 0.0_wp, rise > 0.0_wp .and. .not. in_contact(near))
-         k = maxloc(along, dim=1)
-         if (along(k) < shortest*points(p)%edge) cycle
-         back(p) = along(k)*max(0.0_wp, points(p)%gap)/rise(k)
+         furthest = 0.0_wp
+         do m = 1, n
+            rise = points(near(m))%gap - points(p)%gap
+            if (in_contact(near(m)) .or. rise <= 0.0_wp) cycle
+            along = dot_product(outwards(:, p), points(near(m))%place - points(p)%place)
+            if (along <= furthest) cycle
+            furthest = along
+            if (along >= shortest*points(p)%edge) back(p) = along*max(0.0_wp, points(p)%gap)/rise
+         end do
       end do
    end subroutine look_back
 
    !> This rank's share of the area: small squares on the near side of the edge that the next point beside the
    !> contact sees, or, away from the edge, whose nearest point is in contact; inside the mirrors.
-   pure real(wp) function counted(points, squares, in_contact, cell, mirrors, rank, ranks)
+   real(wp) function counted(points, squares, in_contact, cell, mirrors, rank, ranks)
       type(surface_point_t), intent(in) :: points(:)
       type(squares_t), intent(in) :: squares
       logical, intent(in) :: in_contact(:)
@@ -366,7 +364,7 @@ contains
       type(mirror_t), intent(in) :: mirrors(:)
       integer, intent(in) :: rank, ranks
       real(wp) :: low(2), high(2), place(2), edge, width, outwards(2, size(points)), back(size(points))
-      integer :: squares_along(2), i, j, m, n
+      integer :: squares_along(2), i, j, m, n, near(size(points))
       call look_back(points, squares, in_contact, cell, outwards, back)
       edge = sum(points%edge, mask=in_contact)/count(in_contact)
       low = [minval(points%place(1), mask=in_contact), minval(points%place(2), mask=in_contact)] - edge
@@ -383,17 +381,16 @@ contains
       end do
       counted = n*width**2
    contains
-      pure logical function covers(place)
+      logical function covers(place)
          real(wp), intent(in) :: place(2)
-         integer, allocatable :: near(:)
          real(wp) :: distance, nearest, nearest_out
-         integer :: m, p, out
-         near = neighbours(points, squares, place, sight*edge)
+         integer :: found, m, p, out
+         call find_neighbours(points, squares, place, sight*edge, near, found)
          covers = .false.
          out = 0
          nearest = huge(nearest)
          nearest_out = huge(nearest)
-         do m = 1, size(near)
+         do m = 1, found
             p = near(m)
             distance = norm2(points(p)%place - place)
             if (distance < nearest) covers = in_contact(p) .and. distance < beside*edge
