@@ -18,10 +18,12 @@ from benchmark_scenes import (
     density,
     elastic,
     finest,
+    flow_stress,
     plane_modulus,
     poisson,
     power_law,
     scene,
+    slow_time,
     transits,
     young,
 )
@@ -128,7 +130,8 @@ def plastic(title, tool, ratio, exponent, radius_over_depth, way_back, share=0.0
 
     def make(grid, directory):
         depth = grid.contact * grid.cell / radius_over_depth
-        motion = Motion(depth, transits(grid, 5.5), way_back * depth)
+        time = max(transits(grid, 5.5), slow_time(depth, flow_stress(young / ratio, exponent)))
+        motion = Motion(depth, time, way_back * depth)
         return scene(
             title,
             [f"{title}. E/Y = {ratio:g}, n = {exponent:g}."],

@@ -166,6 +166,17 @@ def scene(
     return "\n".join(lines) + "\n"
 
 
+def flow_stress(yield_stress, exponent):
+    """Stress (Pa) at a plastic strain of 0.033, by which Dao et al. (2001) order loads of sharp tools."""
+    return yield_stress * (1 + 0.033 * young / yield_stress) ** exponent
+
+
+def slow_time(depth, stress):
+    """The time (s) in which a `Motion` goes to its depth (m) at half of stress/(rho c) at most. Metal that
+    flows at `stress` carries no wave faster than that, so the load of a faster tool holds inertia."""
+    return depth / 0.85 / (0.5 * stress / (density * wave_speed()))
+
+
 def transits(grid, count, modulus=young):
     """The time that pressure waves take `count` times through the block."""
     return count * grid.thickness / wave_speed(modulus)
