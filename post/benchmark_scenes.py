@@ -100,8 +100,9 @@ def power_law(yield_stress, exponent, name="metal"):
         rows = [", ".join(f"{v:.8g}" for v in values[i : i + 8]) for i in range(0, len(values), 8)]
         return ",\n          ".join(rows)
 
+    first = float(f"{stresses[0]:.8g}")  # as the table has it
     return (
-        text + f"yield_stress={yield_stress:.10g},\n          hardening_strain={listed(strains)},\n"
+        text + f"yield_stress={first:.10g},\n          hardening_strain={listed(strains)},\n"
         f"          hardening_stress={listed(stresses)} /"
     )
 
