@@ -13,10 +13,11 @@ module m_scene_static
    private
    public :: describe_quasi_static, check_quasi_static, brings_in_statics
 
-   !> Laws whose update from the beginning of a step holds for any step, and effects that are forces alone.
+   !> Laws whose update from the beginning of a step holds for any step, and effects that are
+   !> forces alone, or means over cells.
    character(len=*), parameter :: laws(6) = [character(len=11) :: 'elastic', 'neo_hookean', 'j2', 'norton', &
                                              'maxwell', 'umat']
-   character(len=*), parameter :: effects(2) = [character(len=8) :: 'gravity', 'pressure']
+   character(len=*), parameter :: effects(3) = [character(len=12) :: 'gravity', 'pressure', 'anti_locking']
    real(wp), parameter :: largest_tolerance = 1.0e-2_wp
 
 contains

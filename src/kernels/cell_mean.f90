@@ -8,7 +8,7 @@ module m_cell_mean
    use m_stencil, only: frame_t
    implicit none
    private
-   public :: give_to_cells, take_means
+   public :: give_to_cells, take_means, cells_of, give_values, take_mean_values, pressure, set_trace
 
    integer, parameter :: values = 8 !< of a place in a tile; here 1 volume, m3, 2 its rate, m3/s, 3 times
                                     !< pressure, J
@@ -78,6 +78,43 @@ contains
          end do
       end do
    end subroutine take_means
+
+   !> Where the cells of a block's particles stand in its tile, while they stay where they are.
+   pure subroutine cells_of(count, bin, column, layout, frame, place, standing)
+      integer, intent(in) :: count
+      integer(i4), intent(in), contiguous :: bin(:)
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      type(frame_t), intent(in) :: frame
+      integer, intent(inout), contiguous :: place(:)
+      integer(i4), intent(in), optional :: standing(0:places - 1) !< as in a cell_list_t
+      call find_cells(bin(:count), column(:count, layout%position), column(:count, layout%position + 1), &
+                      column(:count, layout%position + 2), frame, place(:count), standing)
+   end subroutine cells_of
+
+   !> The sums over a block's particles of volume and of volume times a value, on its own tile.
+   pure subroutine give_values(place, volume, value, tile)
+      integer, intent(in) :: place(:)                !< as of cells_of
+      real(wp), intent(in) :: volume(:), value(:)    !< m3; any unit
+      real(wp), intent(inout) :: tile(values, 0:places - 1)
+      integer :: p
+      tile(:2, :) = 0.0_wp
+      do p = 1, size(place)
+         tile(1, place(p)) = tile(1, place(p)) + volume(p)
+         tile(2, place(p)) = tile(2, place(p)) + volume(p)*value(p)
+      end do
+   end subroutine give_values
+
+   !> Each value becomes the mean of its cell.
+   pure subroutine take_mean_values(place, tile, value)
+      integer, intent(in) :: place(:)
+      real(wp), intent(in) :: tile(values, 0:places - 1) !< sums over all blocks
+      real(wp), intent(inout) :: value(:)
+      integer :: p
+      do p = 1, size(place)
+         value(p) = tile(2, place(p))/tile(1, place(p))
+      end do
+   end subroutine take_mean_values
 
    pure elemental real(wp) function pressure(xx, yy, zz)
       real(wp), intent(in) :: xx, yy, zz

@@ -6,7 +6,10 @@ module m_ghost_penalty
    use m_node_values, only: node_values, tile_last, v_x, v_z, f_x, f_z
    use m_scene, only: boundary_free
    use m_level, only: level_t
+   use m_material, only: material_t
    use m_materials, only: materials_t
+   use m_field_table, only: layout_t
+   use m_plastic, only: von_mises
    use m_split, only: half_edges
    use m_static_nodes, only: is_own_node, tile_node
    implicit none
@@ -20,6 +23,7 @@ module m_ghost_penalty
       real(wp), allocatable :: stiffness(:)      !< N/m
       logical, allocatable :: filled(:, :, :, :) !< cells, by their lowest node in the tiles of own blocks
       real(wp), allocatable :: young(:, :, :, :) !< of them, mean of what reaches into them, Pa
+      real(wp), allocatable :: secant(:, :, :, :) !< the same of moduli_of, Pa
    contains
       procedure :: find_edges
       procedure :: find_faces
@@ -27,26 +31,27 @@ module m_ghost_penalty
       procedure :: add_diagonal
    end type ghost_penalty_t
 
-   integer, parameter :: reached = 1, sum_of_young = 2, coarse = 3, edge = 1 !< places of a node meanwhile
+   integer, parameter :: reached = 1, sum_of_young = 2, coarse = 3, sum_of_secants = 4, edge = 1 !< places of a node meanwhile
    real(wp), parameter :: hair = 1.0e-7_wp    !< cells: what reaches less far into a cell is not in it
    real(wp), parameter :: one_a_cell = 0.9_wp !< edge of a particle, in cells, that fills its cell alone
+   real(wp), parameter :: probed = 0.02_wp    !< equivalent strain up to which a law's secant is taken
 
 contains
 
    !> First: what a block's particles reach, cell by cell, into its empty tile. Sums over tiles follow.
-   subroutine mark_cells(level, materials, b, tile)
+   subroutine mark_cells(level, materials, b, time_step, tile)
       type(level_t), intent(in) :: level
       type(materials_t), intent(in) :: materials
       integer, intent(in) :: b
+      real(wp), intent(in) :: time_step !< s
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      real(wp) :: corner(3), r(3, 3), place(3), young
-      integer :: at(3), c, m, p, seen(3, 8)
+      real(wp) :: corner(3), r(3, 3), place(3)
+      real(wp) :: young(level%blocks(b)%particles%count), secant(level%blocks(b)%particles%count)
+      integer :: at(3), c, p, seen(3, 8)
+      call moduli_of(level, materials, b, time_step, young, secant)
       associate (block => level%blocks(b), column => level%blocks(b)%particles%column, &
                  x => level%layout%position)
          do p = 1, block%particles%count
-            m = materials%of_body(block%particles%body(p))
-            young = 0.5_wp/materials%slots(m)%law%complementary_energy( &
-                    [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp])
             r = half_edges(column(p, :), level%layout)*level%grid%per_cell
             r = r*min(1.0_wp, 0.5_wp/maxval(sum(abs(r), dim=2)))*(1.0_wp - hair)
             place = (column(p, x:x + 2) - block%origin)*level%grid%per_cell
@@ -57,13 +62,58 @@ contains
                if (any(all(seen(:, :c) == spread(at, 2, c), dim=1))) cycle
                associate (node => tile(:, at(1), at(2), at(3)))
                   node(reached) = node(reached) + 1.0_wp
-                  node(sum_of_young) = node(sum_of_young) + young
+                  node(sum_of_young) = node(sum_of_young) + young(p)
+                  node(sum_of_secants) = node(sum_of_secants) + secant(p)
                   if (2.0_wp*maxval(norm2(r, dim=1)) > one_a_cell) node(coarse) = node(coarse) + 1.0_wp
                end associate
             end do
          end do
       end associate
    end subroutine mark_cells
+
+   !> Young's modulus of a block's particles, and as much of it as is left, as a secant, when they are sheared
+   !> from how they are by `probed` either way: of metal that flows, about what it bears over that strain.
+   subroutine moduli_of(level, materials, b, time_step, young, secant)
+      type(level_t), intent(in) :: level
+      type(materials_t), intent(in) :: materials
+      integer, intent(in) :: b
+      real(wp), intent(in) :: time_step !< s
+      real(wp), intent(out) :: young(:), secant(:) !< (particles), Pa
+      integer :: first, last
+      associate (particles => level%blocks(b)%particles)
+         first = 1
+         do while (first <= particles%count)
+            last = particles%run_end(first)
+            associate (law => materials%slots(materials%of_body(particles%body(first)))%law)
+               young(first:last) = 0.5_wp/law%complementary_energy([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, &
+                                                                    0.0_wp])
+               secant(first:last) = young(first:last)*min(1.0_wp, max( &
+                  sheared(law, particles%column(first:last, :), level%layout, time_step, probed), &
+                  sheared(law, particles%column(first:last, :), level%layout, time_step, -probed)) &
+                  /(probed*law%von_mises_modulus()))
+            end associate
+            first = last + 1
+         end do
+      end associate
+   end subroutine moduli_of
+
+   !> Von Mises stress of particles after a shear by an equivalent strain, Pa.
+   function sheared(law, from, layout, time_step, strain) result(stress)
+      class(material_t), intent(in) :: law
+      real(wp), intent(in) :: from(:, :) !< columns
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: time_step, strain !< s; of shear, with its sign
+      real(wp) :: stress(size(from, 1))
+      real(wp), allocatable :: column(:, :), rate(:, :)
+      column = from
+      allocate (rate(size(from, 1), 9), source=0.0_wp)
+      rate(:, [2, 4]) = 0.5_wp*sqrt(3.0_wp)*strain/time_step
+      call law%update(column, layout, rate, time_step, 1, size(from, 1))
+      associate (s => layout%stress)
+         stress = von_mises(column(:, s), column(:, s + 1), column(:, s + 2), column(:, s + 3), &
+                            column(:, s + 4), column(:, s + 5))
+      end associate
+   end function sheared
 
    !> Then: cells at the surface, or with no more than one particle, each told by one block, in place of what
    !> the tiles hold. Sums over tiles follow.
@@ -75,11 +125,13 @@ contains
       integer :: axis, b, i, j, k, side, next(3)
       logical :: bare
       associate (n => size(level%blocks))
-         if (allocated(self%filled)) deallocate (self%filled, self%young)
+         if (allocated(self%filled)) deallocate (self%filled, self%young, self%secant)
          allocate (self%filled(0:tile_last, 0:tile_last, 0:tile_last, n), &
-                   self%young(0:tile_last, 0:tile_last, 0:tile_last, n))
+                   self%young(0:tile_last, 0:tile_last, 0:tile_last, n), &
+                   self%secant(0:tile_last, 0:tile_last, 0:tile_last, n))
          self%filled = tiles(reached, :, :, :, :n) > 0.5_wp
          self%young = tiles(sum_of_young, :, :, :, :n)/max(tiles(reached, :, :, :, :n), 1.0_wp)
+         self%secant = tiles(sum_of_secants, :, :, :, :n)/max(tiles(reached, :, :, :, :n), 1.0_wp)
       end associate
       do b = 1, size(level%blocks)
          do k = 0, tile_last
@@ -125,8 +177,8 @@ contains
       end associate
    end function is_elsewhere
 
-   !> Last: the faces between filled cells of which one is at the surface, node by node; `share` of Young's
-   !> modulus times a third of the cell is their stiffness, a quarter of each face to a node.
+   !> Last: the faces between filled cells of which one is at the surface, node by node; `share` of the
+   !> secant modulus times a third of the cell is their stiffness, a quarter of each face to a node.
    subroutine find_faces(self, level, tiles, share)
       class(ghost_penalty_t), intent(inout) :: self
       type(level_t), intent(in) :: level
@@ -160,7 +212,7 @@ contains
       end do
    end subroutine find_faces
 
-   !> Sum of Young's modulus over the faces across an axis that a node belongs to and that count, Pa.
+   !> Sum of the secant modulus over the faces across an axis that a node belongs to and that count, Pa.
    pure real(wp) function faces_at(self, edges, b, node, axis) result(total)
       class(ghost_penalty_t), intent(in) :: self
       real(wp), intent(in) :: edges(0:, 0:, 0:)
@@ -178,7 +230,7 @@ contains
             associate (a => first, z => second)
                if (.not. (self%filled(a(1), a(2), a(3), b) .and. self%filled(z(1), z(2), z(3), b))) cycle
                if (.not. max(edges(a(1), a(2), a(3)), edges(z(1), z(2), z(3))) > 0.5_wp) cycle
-               total = total + 0.5_wp*(self%young(a(1), a(2), a(3), b) + self%young(z(1), z(2), z(3), b))
+               total = total + 0.5_wp*(self%secant(a(1), a(2), a(3), b) + self%secant(z(1), z(2), z(3), b))
             end associate
          end do
       end do

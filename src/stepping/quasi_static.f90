@@ -273,10 +273,11 @@ contains
       do l = size(model%levels), 1, -1
          call model%timers%on_level(l)
          if (self%spec%has_inertia()) then
-            call take_along(model, l, time_step, self%equilibrium%system%parts, error, self%spec%theta, &
-                            self%equilibrium%system%levels(l)%forces)
+            call take_along(model, l, time_step, self%equilibrium%system%parts, &
+                            self%equilibrium%system%levels(l), error, self%spec%theta)
          else
-            call take_along(model, l, time_step, self%equilibrium%system%parts, error)
+            call take_along(model, l, time_step, self%equilibrium%system%parts, &
+                            self%equilibrium%system%levels(l), error)
          end if
          if (l < size(model%levels)) &
             call forbid_contact(model%contact%tools, model%levels(l), model%levels(size(model%levels)), error)

@@ -7,6 +7,8 @@ module m_static_levels
    use m_static_edges, only: spread_down, set_hanging, hand_up, take_up
    use m_model, only: model_t
    use m_complaints, only: most_cells_a_step
+   use m_cell_mean, only: cells_of
+   use m_migration, only: frame_of
    use m_static_nodes, only: static_nodes_t
    use m_static_tiles, only: fold_all, sum_up
    use m_trial_state, only: trial_block_t
@@ -23,6 +25,7 @@ module m_static_levels
       type(trial_block_t), allocatable :: trial(:)   !< (own blocks)
       type(ghost_penalty_t) :: ghost
       real(wp), allocatable :: forces(:, :, :, :, :) !< tiles as the level's
+      real(wp), allocatable :: sums(:, :, :, :, :)   !< the same, of cells; where there are means over them
    contains
       procedure :: first, last
       procedure :: clear_forces
@@ -58,9 +61,33 @@ contains
             end if
             if (.not. allocated(mine%forces)) allocate (mine%forces, mold=level%nodes)
             mine%forces = 0.0_wp
+            call fit_cells(mine, model, l)
          end associate
       end do
    end subroutine fit_levels
+
+   !> Room for means over cells, where an effect takes such, and the cells of the particles.
+   subroutine fit_cells(mine, model, l)
+      type(static_level_t), intent(inout) :: mine
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l
+      integer :: b, n
+      if (size(model%effect_step(l)%on_cells) == 0) return
+      if (allocated(mine%sums)) deallocate (mine%sums)
+      allocate (mine%sums, mold=mine%forces)
+      mine%sums = 0.0_wp
+      associate (level => model%levels(l))
+         do b = 1, size(level%blocks)
+            associate (trial => mine%trial(b), block => level%blocks(b))
+               n = block%particles%count
+               if (allocated(trial%cell)) deallocate (trial%cell, trial%value)
+               allocate (trial%cell(n), trial%value(n))
+               if (n > 0) call cells_of(n, block%cells%bin, block%particles%column, level%layout, &
+                                        frame_of(level, block), trial%cell, block%cells%standing)
+            end associate
+         end do
+      end associate
+   end subroutine fit_cells
 
    !> Number the unknowns of this rank: the nodes hold the sums of P2G.
    integer function number_levels(levels, model) result(count)
@@ -163,16 +190,17 @@ contains
    end subroutine gather_all
 
    !> Collective: the faces that the ghost penalty acts on.
-   subroutine find_ghost(levels, model, share)
+   subroutine find_ghost(levels, model, share, time_step)
       type(static_level_t), intent(inout) :: levels(:)
       type(model_t), intent(inout) :: model
-      real(wp), intent(in) :: share !< of Young's modulus
+      real(wp), intent(in) :: share     !< of the secant modulus
+      real(wp), intent(in) :: time_step !< s
       integer :: b, l
       do l = 1, size(levels)
          associate (level => model%levels(l), mine => levels(l))
             call mine%clear_forces()
             do b = 1, size(level%blocks)
-               call mark_cells(level, model%materials, b, mine%forces(:, :, :, :, b))
+               call mark_cells(level, model%materials, b, time_step, mine%forces(:, :, :, :, b))
             end do
             call sum_up(model, l, mine%forces)
             if (l < size(levels)) then

@@ -7,9 +7,11 @@ module m_static_motion
    use m_g2p_boxes, only: motion_t
    use m_model, only: model_t
    use m_g2p_stage, only: g2p_block, follow_loads
-   use m_stress_stage, only: stress_block
+   use m_stress_stage, only: update_stress
    use m_cells_stage, only: cells_block
    use m_static_tiles, only: take_gradients
+   use m_static_levels, only: static_level_t
+   use m_static_means, only: mean_pressures
    use m_trial_state, only: part_of_gradient
    implicit none
    private
@@ -20,13 +22,14 @@ contains
    !> The particles of a level follow its nodes, which hold the displacements of a step. Without inertia their
    !> velocities are these over the step; with it they grow by mean accelerations, and the gradients that they
    !> keep are those of the step's end.
-   subroutine take_along(model, l, time_step, parts, error, share, acceleration)
+   subroutine take_along(model, l, time_step, parts, mine, error, share)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, parts
       real(wp), intent(in) :: time_step !< s
+      type(static_level_t), intent(inout) :: mine !< with the gradients of the equilibrium; where there is
+                                                  !< inertia, forces have mean accelerations in v_x to v_z
       type(error_t), intent(inout) :: error
       real(wp), intent(in), optional :: share !< of the step's end in mean velocities, where there is inertia
-      real(wp), intent(in), optional, contiguous :: acceleration(:, 0:, 0:, 0:, :) !< tiles: in v_x to v_z
       type(motion_t) :: motion
       real(wp), allocatable :: at_end(:, :)
       integer :: b, first, n
@@ -41,15 +44,19 @@ contains
             n = level%blocks(b)%particles%count
             if (n > 0) then
                if (present(share)) then
-                  level%nodes(a_x:a_z, :, :, :, b) = acceleration(v_x:v_z, :, :, :, b)
+                  level%nodes(a_x:a_z, :, :, :, b) = mine%forces(v_x:v_z, :, :, :, b)
                   if (first > 0) call take_ends(model, l, b, (1.0_wp - share)*time_step, at_end)
                end if
                call g2p_block(model, l, b, motion, model%time, error)
                if (present(share) .and. first > 0) &
                   level%blocks(b)%particles%column(:n, first:first + 8) = at_end(:n, :)
+               if (allocated(mine%sums)) level%gradient(:n, :) = mine%trial(b)%gradient(:n, :)/time_step
                call stress_in_parts(model, l, b, parts, time_step, error)
                call follow_loads(model, l, b, motion, model%time)
             end if
+         end do
+         call mean_pressures(mine, model, l)
+         do b = 1, size(level%blocks)
             call cells_block(model, l, b, error)
             level%blocks(b)%deposited = 0
          end do
@@ -89,7 +96,7 @@ contains
       if (parts > 1) whole = time_step*model%levels(l)%gradient(:n, :)
       do k = 1, parts
          if (k > 1) call part_of_gradient(n, whole, k, parts, time_step, model%levels(l)%gradient)
-         call stress_block(model, l, b, time_step/parts, error)
+         call update_stress(model, l, b, time_step/parts, error)
       end do
       if (parts > 1) model%levels(l)%gradient(:n, :) = whole/time_step
    end subroutine stress_in_parts

@@ -17,6 +17,7 @@ module m_static_system
    use m_static_inertia, only: static_inertia_t
    use m_static_levels, only: static_level_t, fit_levels, number_levels, spread, collect, gather_all, &
                               find_ghost, longest_way
+   use m_static_means, only: mean_gradients, mean_forces
    use m_trial_state, only: verdict_t
    implicit none
    private
@@ -37,7 +38,6 @@ module m_static_system
       integer :: nodal = 0 !< unknowns of nodes, on this rank
       integer :: extra = 0 !< unknowns besides those of nodes: ways of what loads push, on the first rank
       real(wp), allocatable :: work(:, :)            !< (particles of the largest block, 27)
-      real(wp), allocatable :: product(:, :)         !< (the same, 9)
       real(wp) :: time_step = 0.0_wp                 !< s
       integer :: parts = 1                           !< as of trial_block_t
       real(wp) :: ramp = 0.0_wp                      !< over which loads come on from time 0, s
@@ -63,6 +63,8 @@ module m_static_system
       procedure :: steepest
       procedure :: farthest
       procedure, private :: clear_forces
+      procedure, private :: gradients_of
+      procedure, private :: push_nodes
    end type static_system_t
 
    real(wp), parameter :: no_force = 1.0e-6_wp !< of a modulus on the face of a cell: less is no load
@@ -84,9 +86,9 @@ contains
       self%residual_row = model%timers%row_of('static forces')
       call fit_levels(self%levels, model, self%parts, largest)
       if (allocated(self%work)) then
-         if (size(self%work, 1) < largest) deallocate (self%work, self%product)
+         if (size(self%work, 1) < largest) deallocate (self%work)
       end if
-      if (.not. allocated(self%work)) allocate (self%work(largest, 27), self%product(largest, 9))
+      if (.not. allocated(self%work)) allocate (self%work(largest, 27))
       if (any(model%effect_step%adds_forces) .or. time < self%ramp .or. self%inertia%acts) then
          call self%hold_loads(time, number=self%inertia%acts, stress=self%inertia%acts)
          if (self%inertia%acts) call self%inertia%begin(self%levels, model, time_step, &
@@ -107,7 +109,7 @@ contains
       end associate
       if (.not. (stabilisation > 0.0_wp .or. self%wants_cells)) return
       call model%timers%enter(self%residual_row)
-      call find_ghost(self%levels, model, stabilisation)
+      call find_ghost(self%levels, model, stabilisation, time_step)
    end subroutine begin
 
    !> Collective: forces of effects at a time on the nodes.
@@ -173,7 +175,7 @@ contains
       real(wp), intent(in) :: z(:)
       real(wp), intent(out) :: force(:)
       type(verdict_t), intent(out) :: verdict !< of this rank
-      integer :: b, c, l
+      integer :: b, l
       real(wp) :: squares
       call self%model%timers%enter(self%residual_row)
       call self%set_motion(z)
@@ -182,22 +184,20 @@ contains
       squares = 0.0_wp
       do l = 1, size(self%levels)
          associate (model => self%model, level => self%model%levels(l), forces => self%levels(l)%forces)
+            call self%gradients_of(l)
             do b = 1, size(level%blocks)
                associate (block => level%blocks(b), trial => self%levels(l)%trial(b), &
                           n => level%blocks(b)%particles%count)
                   if (n == 0) cycle
-                  call take_gradients(level, b, trial%gradient)
                   call trial%update(block%particles, model%materials, level%layout, self%time_step, verdict, &
                                     b)
                   if (verdict%level == 0) verdict%level = l
-                  call p2g_stress(block%cells, block%particles%column, level%layout, frame_of(level, block), &
-                                  trial%force, forces(:, :, :, :, b))
-                  do c = 1, 9
-                     squares = squares + level%grid%cell*sum( &
-                               trial%force(:n, c)**2/block%particles%column(:n, level%layout%volume))
-                  end do
+                  trial%acting(:n, :) = trial%force(:n, :)
+                  squares = squares + level%grid%cell*sum_of_squares(trial%force(:n, :), &
+                                                          block%particles%column(:n, level%layout%volume))
                end associate
             end do
+            call self%push_nodes(l)
             call self%levels(l)%ghost%add_forces(level%nodes, -1.0_wp, forces)
          end associate
       end do
@@ -211,6 +211,47 @@ contains
                           no_force*stiffest(model)*finest%grid%cell**2)
       end associate
    end subroutine evaluate
+
+   !> Collective: gradients of the displacements that the nodes of a level hold, at its particles.
+   subroutine gradients_of(self, l)
+      class(static_system_t), intent(inout) :: self
+      integer, intent(in) :: l
+      integer :: b
+      associate (level => self%model%levels(l))
+         do b = 1, size(level%blocks)
+            if (level%blocks(b)%particles%count == 0) cycle
+            call take_gradients(level, b, self%levels(l)%trial(b)%gradient)
+         end do
+      end associate
+      call mean_gradients(self%levels(l), self%model, l)
+   end subroutine gradients_of
+
+   !> Collective: what acts of the particles' forces, onto the nodes of a level.
+   subroutine push_nodes(self, l)
+      class(static_system_t), intent(inout) :: self
+      integer, intent(in) :: l
+      integer :: b
+      call mean_forces(self%levels(l), self%model, l)
+      associate (level => self%model%levels(l))
+         do b = 1, size(level%blocks)
+            associate (block => level%blocks(b))
+               if (block%particles%count == 0) cycle
+               call p2g_stress(block%cells, block%particles%column, level%layout, frame_of(level, block), &
+                               self%levels(l)%trial(b)%acting, self%levels(l)%forces(:, :, :, :, b))
+            end associate
+         end do
+      end associate
+   end subroutine push_nodes
+
+   !> Of forces, over the volumes of their particles.
+   pure real(wp) function sum_of_squares(force, volume) result(squares)
+      real(wp), intent(in) :: force(:, :), volume(:) !< N m; m3
+      integer :: c
+      squares = 0.0_wp
+      do c = 1, 9
+         squares = squares + sum(force(:, c)**2/volume)
+      end do
+   end function sum_of_squares
 
    !> Collective: tangents and diagonal about the displacements that were evaluated last.
    subroutine linearise(self)
@@ -310,16 +351,11 @@ contains
       call self%clear_forces()
       do l = 1, size(self%levels)
          associate (level => self%model%levels(l), forces => self%levels(l)%forces)
+            call self%gradients_of(l)
             do b = 1, size(level%blocks)
-               associate (block => level%blocks(b), trial => self%levels(l)%trial(b), &
-                          count => level%blocks(b)%particles%count)
-                  if (count == 0) cycle
-                  call take_gradients(level, b, self%work)
-                  call trial%multiply(count, self%work, self%product)
-                  call p2g_stress(block%cells, block%particles%column, level%layout, frame_of(level, block), &
-                                  self%product, forces(:, :, :, :, b))
-               end associate
+               call self%levels(l)%trial(b)%multiply(level%blocks(b)%particles%count)
             end do
+            call self%push_nodes(l)
             call self%levels(l)%ghost%add_forces(level%nodes, 1.0_wp, forces)
          end associate
       end do

@@ -13,7 +13,7 @@ module m_stress_stage
    use m_deform, only: advance_volume, advance_half_sizes, advance_half_edges, finite_stress
    implicit none
    private
-   public :: stress_block
+   public :: stress_block, update_stress
 
 contains
 
@@ -24,12 +24,21 @@ contains
       integer, intent(in) :: l, b
       real(wp), intent(in) :: time_step
       type(error_t), intent(inout) :: error
-      real(wp) :: smallest
-      integer :: first, last
-      logical :: follows
       if (size(model%effect_step(l)%on_cells) > 0) call take_back(model, l, b)
       if (size(model%effect_step(l)%on_cells) + size(model%effect_step(l)%on_gradient) > 0) &
          call model%effect_step(l)%change_gradient(model%effects, model%levels(l), b, time_step, model%timers)
+      call update_stress(model, l, b, time_step, error)
+   end subroutine stress_block
+
+   !> The same with the gradients of the work array as they are.
+   subroutine update_stress(model, l, b, time_step, error)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      real(wp), intent(in) :: time_step !< s
+      type(error_t), intent(inout) :: error
+      real(wp) :: smallest
+      integer :: first, last
+      logical :: follows
       call model%timers%enter(phase_stress)
       follows = l > 1 .and. model%levels(l)%layout%edge_stress > 0
       if (follows) call add_stress(model%levels(l)%blocks(b)%particles, model%levels(l)%layout, -1.0_wp)
@@ -54,7 +63,7 @@ contains
       end associate
       if (size(model%effect_step(l)%on_stress) > 0) &
          call model%effect_step(l)%change_stress(model%effects, model%levels(l), b, time_step, model%timers)
-   end subroutine stress_block
+   end subroutine update_stress
 
    !> Add a multiple of the stress to edge_stress: taken away before a step's law and added after it, this
    !> adds the change.

@@ -18,9 +18,14 @@ module m_trial_state
    !> Of one block's particles.
    type :: trial_block_t
       integer :: parts = 1 !< in which the laws take a step: material that creeps goes backward in time
-      real(wp), allocatable :: gradient(:, :) !< (:, 9): A = du/dX, component ij at 3 (j-1) + i
+      real(wp), allocatable :: gradient(:, :) !< (:, 9): A = du/dX, component ij at 3 (j-1) + i; that of a
+                                              !< product's displacements, from its first product on
       real(wp), allocatable :: force(:, :)    !< (:, 9): minus volume times the first Piola-Kirchhoff stress
                                               !< with respect to the beginning of the step, N m
+      real(wp), allocatable :: acting(:, :)   !< (:, 9): what of that acts on nodes, with means over cells; or
+                                              !< what of a product does
+      real(wp), allocatable :: value(:)       !< of which cells have means; where there are such
+      integer, allocatable :: cell(:)         !< place of a particle's cell in the tile; the same
       real(wp), allocatable :: tangent(:, :) !< (:, 81): its derivative, d ij/d kl at 9 (kl-1) + ij, other
                                              !< sign, J
    contains
@@ -49,9 +54,10 @@ contains
       integer, intent(in) :: count
       logical, intent(in) :: tangents
       if (allocated(self%gradient)) then
-         if (size(self%gradient, 1) < count) deallocate (self%gradient, self%force)
+         if (size(self%gradient, 1) < count) deallocate (self%gradient, self%force, self%acting)
       end if
-      if (.not. allocated(self%gradient)) allocate (self%gradient(count, 9), self%force(count, 9))
+      if (.not. allocated(self%gradient)) allocate (self%gradient(count, 9), self%force(count, 9), &
+                                                    self%acting(count, 9))
       if (.not. tangents) return
       if (allocated(self%tangent)) then
          if (size(self%tangent, 1) < count) deallocate (self%tangent)
@@ -244,23 +250,22 @@ contains
       end do
    end subroutine pull_back
 
-   !> to = tangent : from.
-   pure subroutine multiply(self, count, from, to)
-      class(trial_block_t), intent(in) :: self
+   !> acting = tangent : gradient.
+   pure subroutine multiply(self, count)
+      class(trial_block_t), intent(inout) :: self
       integer, intent(in) :: count
-      real(wp), intent(in), contiguous :: from(:, :)  !< (:, 9)
-      real(wp), intent(inout), contiguous :: to(:, :) !< (:, 9)
       integer :: first, ij, kl, last, p
       do first = 1, count, lanes
          last = min(first + lanes - 1, count)
          do ij = 1, 9
-            to(first:last, ij) = 0.0_wp
+            self%acting(first:last, ij) = 0.0_wp
          end do
          do kl = 1, 9
             do ij = 1, 9
                !$omp simd
                do p = first, last
-                  to(p, ij) = to(p, ij) + self%tangent(p, 9*kl - 9 + ij)*from(p, kl)
+                  self%acting(p, ij) = self%acting(p, ij) &
+                                       + self%tangent(p, 9*kl - 9 + ij)*self%gradient(p, kl)
                end do
             end do
          end do

@@ -1,0 +1,110 @@
+!> Means over cells in implicit steps (theory.md, eq. static-means): one condition on the volume a cell. Each
+!> particle belongs to the cell that it is in when the step begins. Where no effect takes means, nothing is
+!> done.
+module m_static_means
+   use m_kinds, only: wp
+   use m_cell_mean, only: give_values, take_mean_values, pressure, set_trace
+   use m_model, only: model_t
+   use m_static_levels, only: static_level_t
+   use m_static_tiles, only: sum_up
+   implicit none
+   private
+   public :: mean_gradients, mean_forces, mean_pressures
+
+contains
+
+   !> Collective: the trace of each particle's gradient becomes the mean of its cell.
+   subroutine mean_gradients(mine, model, l)
+      type(static_level_t), intent(inout) :: mine
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l
+      integer :: b
+      if (.not. allocated(mine%sums)) return
+      do b = 1, size(mine%trial)
+         associate (trial => mine%trial(b), n => model%levels(l)%blocks(b)%particles%count)
+            trial%value = trial%gradient(:n, 1) + trial%gradient(:n, 5) + trial%gradient(:n, 9)
+         end associate
+      end do
+      call average(mine, model, l)
+      do b = 1, size(mine%trial)
+         associate (trial => mine%trial(b), n => model%levels(l)%blocks(b)%particles%count)
+            call set_trace(trial%value, trial%gradient(:n, 1), trial%gradient(:n, 5), trial%gradient(:n, 9))
+         end associate
+      end do
+   end subroutine mean_gradients
+
+   !> Collective: the transpose of that on the forces that act on nodes: the trace of each, over the
+   !> particle's volume, becomes the mean of its cell. So they do the work of the stress by the mean gradients.
+   subroutine mean_forces(mine, model, l)
+      type(static_level_t), intent(inout) :: mine
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l
+      integer :: b
+      if (.not. allocated(mine%sums)) return
+      do b = 1, size(mine%trial)
+         associate (trial => mine%trial(b), particles => model%levels(l)%blocks(b)%particles, &
+                    n => model%levels(l)%blocks(b)%particles%count, v => model%levels(l)%layout%volume)
+            trial%value = (trial%acting(:n, 1) + trial%acting(:n, 5) + trial%acting(:n, 9)) &
+                          /particles%column(:n, v)
+         end associate
+      end do
+      call average(mine, model, l)
+      do b = 1, size(mine%trial)
+         associate (trial => mine%trial(b), particles => model%levels(l)%blocks(b)%particles, &
+                    n => model%levels(l)%blocks(b)%particles%count, v => model%levels(l)%layout%volume)
+            call set_trace(trial%value*particles%column(:n, v), trial%acting(:n, 1), trial%acting(:n, 5), &
+                           trial%acting(:n, 9))
+         end associate
+      end do
+   end subroutine mean_forces
+
+   !> Collective: how far the pressure of each particle lies below the mean of its cell, for explicit P2G;
+   !> after the step's stress, before particles change their places in memory.
+   subroutine mean_pressures(mine, model, l)
+      type(static_level_t), intent(inout) :: mine
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l
+      integer :: b
+      if (.not. allocated(mine%sums)) return
+      do b = 1, size(mine%trial)
+         associate (particles => model%levels(l)%blocks(b)%particles)
+            mine%trial(b)%value = pressures(particles%column, particles%count, model%levels(l)%layout%stress)
+         end associate
+      end do
+      call average(mine, model, l)
+      do b = 1, size(mine%trial)
+         associate (particles => model%levels(l)%blocks(b)%particles, at => model%levels(l)%layout)
+            particles%column(:particles%count, at%pressure_shift) = mine%trial(b)%value &
+               - pressures(particles%column, particles%count, at%stress)
+         end associate
+      end do
+   end subroutine mean_pressures
+
+   pure function pressures(column, count, s) result(of)
+      real(wp), intent(in) :: column(:, :)
+      integer, intent(in) :: count, s !< first column of the stress
+      real(wp) :: of(count)           !< Pa
+      of = pressure(column(:count, s), column(:count, s + 1), column(:count, s + 2))
+   end function pressures
+
+   !> Collective: the value of each particle becomes the mean of its cell, weighted by volume.
+   subroutine average(mine, model, l)
+      type(static_level_t), intent(inout) :: mine
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l
+      integer :: b
+      associate (level => model%levels(l))
+         do b = 1, size(mine%trial)
+            associate (particles => level%blocks(b)%particles, trial => mine%trial(b))
+               call give_values(trial%cell, particles%column(:particles%count, level%layout%volume), &
+                                trial%value, mine%sums(:, :, :, :, b))
+            end associate
+         end do
+         call sum_up(model, l, mine%sums)
+         do b = 1, size(mine%trial)
+            call take_mean_values(mine%trial(b)%cell, mine%sums(:, :, :, :, b), mine%trial(b)%value)
+         end do
+      end associate
+   end subroutine average
+
+end module m_static_means
