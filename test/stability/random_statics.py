@@ -102,6 +102,7 @@ class StaticScene(Scene):
                 f"&pressure lower={point(self.at(low))}, upper={point(self.at(high))}, "
                 f"times=0,{number(self.time)}, values=0,{number(value)} /"
             )
+        lines.append(chance.choice(["", "", "&anti_locking /", "&anti_locking kind='none' /"]))
         return lines
 
     def text(self):
