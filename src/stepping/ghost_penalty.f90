@@ -31,7 +31,8 @@ module m_ghost_penalty
       procedure :: add_diagonal
    end type ghost_penalty_t
 
-   integer, parameter :: reached = 1, sum_of_young = 2, coarse = 3, sum_of_secants = 4, edge = 1 !< places of a node meanwhile
+   integer, parameter :: reached = 1, sum_of_young = 2, coarse = 3, sum_of_secants = 4, edge = 1 ! places of a
+   ! node meanwhile
    real(wp), parameter :: hair = 1.0e-7_wp    !< cells: what reaches less far into a cell is not in it
    real(wp), parameter :: one_a_cell = 0.9_wp !< edge of a particle, in cells, that fills its cell alone
    real(wp), parameter :: probed = 0.02_wp    !< equivalent strain up to which a law's secant is taken

@@ -1,17 +1,52 @@
-!> Means over cells in implicit steps (theory.md, eq. static-means): one condition on the volume a cell. Each
-!> particle belongs to the cell that it is in when the step begins. Where no effect takes means, nothing is
-!> done.
+!> Between nodes and particles in implicit steps, with means over cells (theory.md, eq. static-means): one
+!> condition on the volume a cell. Each particle belongs to the cell that it is in when the step begins. Where
+!> no effect takes means, there are none.
 module m_static_means
    use m_kinds, only: wp
+   use m_migration, only: frame_of
+   use m_static_transfer, only: p2g_stress
    use m_cell_mean, only: give_values, take_mean_values, pressure, set_trace
    use m_model, only: model_t
    use m_static_levels, only: static_level_t
-   use m_static_tiles, only: sum_up
+   use m_static_tiles, only: sum_up, take_gradients
    implicit none
    private
-   public :: mean_gradients, mean_forces, mean_pressures
+   public :: take_trial_gradients, push_nodes, mean_pressures
 
 contains
+
+   !> Collective: gradients of the displacements that the nodes of a level hold, at its particles.
+   subroutine take_trial_gradients(mine, model, l)
+      type(static_level_t), intent(inout) :: mine
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l
+      integer :: b
+      associate (level => model%levels(l))
+         do b = 1, size(level%blocks)
+            if (level%blocks(b)%particles%count == 0) cycle
+            call take_gradients(level, b, mine%trial(b)%gradient)
+         end do
+      end associate
+      call mean_gradients(mine, model, l)
+   end subroutine take_trial_gradients
+
+   !> Collective: what acts of the particles' forces, onto the nodes of a level.
+   subroutine push_nodes(mine, model, l)
+      type(static_level_t), intent(inout) :: mine
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l
+      integer :: b
+      call mean_forces(mine, model, l)
+      associate (level => model%levels(l))
+         do b = 1, size(level%blocks)
+            associate (block => level%blocks(b))
+               if (block%particles%count == 0) cycle
+               call p2g_stress(block%cells, block%particles%column, level%layout, frame_of(level, block), &
+                               mine%trial(b)%acting, mine%forces(:, :, :, :, b))
+            end associate
+         end do
+      end associate
+   end subroutine push_nodes
 
    !> Collective: the trace of each particle's gradient becomes the mean of its cell.
    subroutine mean_gradients(mine, model, l)
@@ -28,13 +63,15 @@ contains
       call average(mine, model, l)
       do b = 1, size(mine%trial)
          associate (trial => mine%trial(b), n => model%levels(l)%blocks(b)%particles%count)
-            call set_trace(trial%value, trial%gradient(:n, 1), trial%gradient(:n, 5), trial%gradient(:n, 9))
+            call set_trace(trial%value, trial%gradient(:n, 1), trial%gradient(:n, 5), &
+                           trial%gradient(:n, 9))
          end associate
       end do
    end subroutine mean_gradients
 
    !> Collective: the transpose of that on the forces that act on nodes: the trace of each, over the
-   !> particle's volume, becomes the mean of its cell. So they do the work of the stress by the mean gradients.
+   !> particle's volume, becomes the mean of its cell. So they do the work of the stress by the
+   !> mean gradients.
    subroutine mean_forces(mine, model, l)
       type(static_level_t), intent(inout) :: mine
       type(model_t), intent(inout) :: model

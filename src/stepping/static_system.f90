@@ -9,7 +9,7 @@ module m_static_system
    use m_boundary, only: motion_parity
    use m_migration, only: frame_of
    use m_g2p_boxes, only: fastest_t
-   use m_static_transfer, only: p2g_stress, p2g_diagonal
+   use m_static_transfer, only: p2g_diagonal
    use m_krylov, only: krylov_operator_t
    use m_static_contact, only: static_contact_t
    use m_model, only: model_t
@@ -17,7 +17,7 @@ module m_static_system
    use m_static_inertia, only: static_inertia_t
    use m_static_levels, only: static_level_t, fit_levels, number_levels, spread, collect, gather_all, &
                               find_ghost, longest_way
-   use m_static_means, only: mean_gradients, mean_forces
+   use m_static_means, only: take_trial_gradients, push_nodes
    use m_trial_state, only: verdict_t
    implicit none
    private
@@ -63,8 +63,6 @@ module m_static_system
       procedure :: steepest
       procedure :: farthest
       procedure, private :: clear_forces
-      procedure, private :: gradients_of
-      procedure, private :: push_nodes
    end type static_system_t
 
    real(wp), parameter :: no_force = 1.0e-6_wp !< of a modulus on the face of a cell: less is no load
@@ -184,7 +182,7 @@ contains
       squares = 0.0_wp
       do l = 1, size(self%levels)
          associate (model => self%model, level => self%model%levels(l), forces => self%levels(l)%forces)
-            call self%gradients_of(l)
+            call take_trial_gradients(self%levels(l), self%model, l)
             do b = 1, size(level%blocks)
                associate (block => level%blocks(b), trial => self%levels(l)%trial(b), &
                           n => level%blocks(b)%particles%count)
@@ -197,7 +195,7 @@ contains
                                                           block%particles%column(:n, level%layout%volume))
                end associate
             end do
-            call self%push_nodes(l)
+            call push_nodes(self%levels(l), self%model, l)
             call self%levels(l)%ghost%add_forces(level%nodes, -1.0_wp, forces)
          end associate
       end do
@@ -211,37 +209,6 @@ contains
                           no_force*stiffest(model)*finest%grid%cell**2)
       end associate
    end subroutine evaluate
-
-   !> Collective: gradients of the displacements that the nodes of a level hold, at its particles.
-   subroutine gradients_of(self, l)
-      class(static_system_t), intent(inout) :: self
-      integer, intent(in) :: l
-      integer :: b
-      associate (level => self%model%levels(l))
-         do b = 1, size(level%blocks)
-            if (level%blocks(b)%particles%count == 0) cycle
-            call take_gradients(level, b, self%levels(l)%trial(b)%gradient)
-         end do
-      end associate
-      call mean_gradients(self%levels(l), self%model, l)
-   end subroutine gradients_of
-
-   !> Collective: what acts of the particles' forces, onto the nodes of a level.
-   subroutine push_nodes(self, l)
-      class(static_system_t), intent(inout) :: self
-      integer, intent(in) :: l
-      integer :: b
-      call mean_forces(self%levels(l), self%model, l)
-      associate (level => self%model%levels(l))
-         do b = 1, size(level%blocks)
-            associate (block => level%blocks(b))
-               if (block%particles%count == 0) cycle
-               call p2g_stress(block%cells, block%particles%column, level%layout, frame_of(level, block), &
-                               self%levels(l)%trial(b)%acting, self%levels(l)%forces(:, :, :, :, b))
-            end associate
-         end do
-      end associate
-   end subroutine push_nodes
 
    !> Of forces, over the volumes of their particles.
    pure real(wp) function sum_of_squares(force, volume) result(squares)
@@ -351,11 +318,11 @@ contains
       call self%clear_forces()
       do l = 1, size(self%levels)
          associate (level => self%model%levels(l), forces => self%levels(l)%forces)
-            call self%gradients_of(l)
+            call take_trial_gradients(self%levels(l), self%model, l)
             do b = 1, size(level%blocks)
                call self%levels(l)%trial(b)%multiply(level%blocks(b)%particles%count)
             end do
-            call self%push_nodes(l)
+            call push_nodes(self%levels(l), self%model, l)
             call self%levels(l)%ghost%add_forces(level%nodes, 1.0_wp, forces)
          end associate
       end do

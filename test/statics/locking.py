@@ -89,9 +89,13 @@ def metal():
             ("explicit", 0, ""),
             ("on", 4.5e-6, ", to=0.9e-4"),
         ):
-            run(ball(f"{name}_{kind}", kind, steps, more), 1)
+            run(ball(f"{name}_{kind}", kind, steps, more), 1 if steps else 2)
             history = tool(f"{name}_{kind}", "ball")
             loads[name] = history["load_z"][history["time"] > 1.0e-4].mean()
+        run(ball("two", kind, 1.8e-5), 2)
+        two = tool("two", "ball")["load_z"]
+        off = two - tool(f"long_{kind}", "ball")["load_z"]
+        check(f"ball, {kind}: load on 2 ranks against 1, relative", off / two.max(), 1e-4)
         print(f"   loads, {kind} [N]: " + ", ".join(f"{n} {load:.0f}" for n, load in loads.items()))
         off = {name: load / loads["short"] - 1 for name, load in loads.items()}
         check(f"ball, {kind}: load by steps of 0.1 of those of 0.025 cells", off["long"], 0.15)
@@ -125,9 +129,9 @@ def fine():
 
 if __name__ == "__main__":
     if sys.argv[1:] == ["long"]:
+        patch_of_metal()
         fine()
     else:
         patch()
-        patch_of_metal()
         metal()
     finish()
