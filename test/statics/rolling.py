@@ -1,5 +1,5 @@
-"""input/slow_rolling.nml: quasi-static steps with friction against the explicit scheme on the same cells,
-without anti-locking and with the same domains. usage: rolling.py (in an empty directory; GIMP3D is the
+"""input/slow_rolling.nml: quasi-static steps with friction against the explicit scheme on the same cells and
+with the same domains. usage: rolling.py (in an empty directory; GIMP3D is the
 program)"""
 
 import numpy as np
@@ -30,10 +30,10 @@ if __name__ == "__main__":
     ):
         require(f"rolling.nml has {old}", old in text)
         text = text.replace(old, new)
-    run(text + "&anti_locking kind='none' /\n&time domain='stretch' /\n", 1)
+    run(text + "&time domain='stretch' /\n", 1)
     quick = means("quick", 1.2e-3, 2.4e-3, 4e-3)
     print(f"   load {slow[0]:.4g} and {quick[0]:.4g} N/m, moment {slow[2]:.4g} and {quick[2]:.4g} N m/m")
     check("slow rolling: force along the plate, which nothing holds, over the load", slow[1] / slow[0], 1e-5)
-    check("slow rolling: load against the explicit scheme's, relative", slow[0] / quick[0] - 1, 0.1)
-    check("slow rolling: moment against the explicit scheme's, relative", slow[2] / quick[2] - 1, 0.1)
+    check("slow rolling: load against the explicit scheme's, relative", slow[0] / quick[0] - 1, 0.07)
+    check("slow rolling: moment against the explicit scheme's, relative", slow[2] / quick[2] - 1, 0.03)
     finish()
