@@ -113,6 +113,7 @@ contains
          associate (particles => model%levels(l)%blocks(b)%particles, at => model%levels(l)%layout)
             particles%column(:particles%count, at%pressure_shift) = mine%trial(b)%value &
                - pressures(particles%column, particles%count, at%stress)
+            call particles%changed()
          end associate
       end do
    end subroutine mean_pressures
