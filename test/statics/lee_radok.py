@@ -1,0 +1,47 @@
+"""A sphere into a viscoelastic body (maxwell), and held, by quasi-static steps. As long as the contact does not
+shrink, the load is the elastic one at the present depth with its growth weighed by the relaxation function
+(Lee and Radok 1960), on any body whose Poisson's ratio stays. The elastic load comes from the same body and
+grid. usage: lee_radok.py (in an empty directory; GIMP3D is the program)"""
+
+import numpy as np
+
+from static_scenes import check, finish, require, run, tool
+
+TAU, RATIO = 2.0, 0.5  # s
+SCENE = """&scene title='sphere into a viscoelastic cylinder', end_time={end} /
+&grid lower=0,0,0, upper=22e-6,22e-6,22e-6, cell_size=2e-6, boundary='symmetry','free','symmetry','free','roller','free' /
+&time domain='stretch' /
+&material name='polymer', density=2710, young=70e9, poisson=0.33, {law} /
+&body material='polymer', shape='cylinder', center=0,0,0, radius=20e-6, height=20e-6 /
+&tool name='sphere', shape='sphere', radius=10e-6, tip=0,0,20e-6, times=0,1,2.5,3.5, speeds=0,2e-7,2e-7,0 /
+&quasi_static step={step}, max_step={step} /
+&output directory='{name}', formats='none' /
+"""
+MAXWELL = f"model='maxwell', relaxation_times={TAU}, shear_ratios={RATIO}, bulk_ratios={RATIO}"
+
+
+def loads(name, law, step, end):
+    run(SCENE.format(name=name, law=law, step=step, end=end), 1)
+    return tool(name, "sphere")
+
+
+def exact_at(moment, elastic):
+    """By an integral over many short times, in which the depth grows evenly between rows."""
+    time = np.linspace(0, moment, 4001)
+    since = moment - 0.5 * (time[1:] + time[:-1])
+    grown = np.diff(np.interp(time, elastic["time"], elastic["load_z"]))
+    return np.sum((1 - RATIO * (1 - np.exp(-since / TAU))) * grown)
+
+
+if __name__ == "__main__":
+    elastic = loads("elastic", "model='elastic'", 0.1, 3.5)
+    own = loads("maxwell", MAXWELL, 0.2, 9)
+    for moment in (2, 3, 4, 6, 8.5):
+        load = np.interp(moment, own["time"], own["load_z"])
+        check(
+            f"load at {moment} s over that of Lee and Radok, less 1",
+            load / exact_at(moment, elastic) - 1,
+            0.015,
+        )
+    require("it relaxes much", own["load_z"][-1] < 0.65 * elastic["load_z"].max())
+    finish()
