@@ -803,8 +803,8 @@ def cases():
             "stands, to 91 Y h^2 (tool_tool.dat of the run); at four times the speed it falls by 14 % "
             "([notebook](../notebook/load_at_a_stop.md)). The stiffness says an area of 37 h^2 there, as it "
             "should be; the recovered area is 32 h^2, for six cells to the radius do not resolve the "
-            "pile-up, and H by it is too high. The area of the profile is that of an edge within a cell. The finite elements' "
-            "own steps bound what can be said of the stiffness.",
+            "pile-up, and H by it is too high. The area of the profile is that of an edge within a cell. "
+            "The finite elements' own steps bound what can be said of the stiffness.",
             cones,
         ),
         Case(
@@ -946,8 +946,9 @@ def cases():
             "area the hardness does not depend on a stress in the surface",
             "B1 (E/Y = 100, n = 0), the block between symmetry sides, so that it may be under an equal "
             "stress along both its sides",
-            "The load at a depth changes with the stress, and the area with it. A block under stress rings a little "
-            "on its levels (kinetic energy 1e-4 of the strain energy), which is much beside the work of the tool.",
+            "The load at a depth changes with the stress, and the area with it. A block under stress rings "
+            "a little on its levels (kinetic energy 1e-4 of the strain energy), which is much beside the "
+            "work of the tool.",
             residual_rows(),
         ),
     ]
