@@ -17,7 +17,7 @@ module m_static_plan
    integer, parameter :: timed = 2            !< steps
    integer, parameter :: most_steps = 100000  !< counted
    real(wp), parameter :: growth = 1.5_wp
-   real(wp), parameter :: tangent_reals = 108.0_wp !< a particle: its gradient, stress, what acts of it, and tangent
+   real(wp), parameter :: tangent_reals = 108.0_wp !< a particle: gradient, stress, what acts of it, tangent
 
 contains
 
