@@ -108,7 +108,8 @@ contains
       brought = [(is_brought(scene, offers(e)%it%name) .and. text%count_groups(offers(e)%it%name) == 0, e=1, &
                   size(offers))]
       if (scene%quasi_static%present) &
-         brought = brought .and. [(brings_in_statics(offers(e)%it%name), e=1, size(offers))]
+         brought = brought .and. [(brings_in_statics(offers(e)%it%name, scene%quasi_static), &
+                                   e=1, size(offers))]
       scene%brought = joined(pack(offered_names(offers), brought))
       allocate (effects(sum([(text%count_groups(offers(e)%it%name), e=1, size(offers))]) + count(brought)))
       do e = 1, size(offers)

@@ -48,10 +48,12 @@ contains
          call group%refuse('max_step', 'must not be below step; 0 for no limit')
    end subroutine describe_quasi_static
 
-   !> True of an effect that laws bring where a scene does not say, also where there is no inertia.
-   pure logical function brings_in_statics(name)
+   !> True of an effect that laws bring where a scene does not say, also in quasi-static steps.
+   pure logical function brings_in_statics(name, spec)
       character(len=*), intent(in) :: name
-      brings_in_statics = any(effects == name)
+      type(quasi_static_spec_t), intent(in) :: spec
+      brings_in_statics = any(effects == name) .and. &
+                          .not. (name == 'anti_locking' .and. spec%preconditioner == preconditioner_gamg)
    end function brings_in_statics
 
    !> What quasi-static steps do not cover is refused.
@@ -70,6 +72,15 @@ contains
          if (.not. any(effects == scene%effects(i)%it%name)) &
             call fail(error, exit_input, scene%effects(i)%it%group_text()//': not with &quasi_static, '// &
                       'whose effects are '//joined(effects)//'; leave it out, or take the explicit scheme')
+      end do
+      do i = 1, size(scene%effects)
+         associate (it => scene%effects(i)%it)
+            if (it%name == 'anti_locking' .and. .not. it%declined() &
+                .and. scene%quasi_static%preconditioner == preconditioner_gamg) &
+               call fail(error, exit_input, it%group_text()//': not with preconditioner=''gamg'' of '// &
+                         '&quasi_static, which stalls on it in metal that flows; take jacobi, or leave '// &
+                         'it out')
+         end associate
       end do
       i = findloc(scene%levels%criterion /= criterion_none, .true., dim=1)
       if (i > 0) &

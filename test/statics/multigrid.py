@@ -47,12 +47,19 @@ def short():
     check("the same on 2 ranks, relative", on_two[1] / loads[1] - 1, 1e-6)
     (many, less), _ = both("stiff", cell=1, poisson=0.49)
     check("a Poisson's ratio of 0.49: products with multigrid over those with the diagonal", less / many, 0.6)
-    both("metal", cell=1, law="model='j2', yield_stress=0.01, hardening_modulus=0.02")
+    both(
+        "metal",
+        cell=1,
+        law="model='j2', yield_stress=0.01, hardening_modulus=0.02",
+        more="&anti_locking kind='none' /\n",
+    )
     both("rubs", cell=1, motion="times=0, speeds=0.5, friction=0.3")
     both("pushed", cell=1, motion="times=0,0.5, loads=0,0.1, mass=1")
     run(bar("bar", 20, "mode='newmark', preconditioner='gamg'"), 2)
     run(bar("bar_jacobi", 20), 2)
     check("a bar that vibrates: period, relative", swing("bar")[0] / swing("bar_jacobi")[0] - 1, 1e-6)
+    text = ball("stalls", "gamg", 1, more="&anti_locking /\n")
+    require("refused: anti-locking", "not with preconditioner='gamg'" in run(text, 1, allowed=(2,)))
     words = "gamg is not with &level"
     text = ball("refused", "gamg", 1, more="&level lower=0,0,3, upper=5,5,9 /\n")
     require(f"refused: {words}", words in run(text, 1, allowed=(2,)))
