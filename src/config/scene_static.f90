@@ -69,12 +69,10 @@ contains
                       'whose laws are '//joined(laws)//'; take one of these, or the explicit scheme')
       end do
       do i = 1, size(scene%effects)
-         if (.not. any(effects == scene%effects(i)%it%name)) &
-            call fail(error, exit_input, scene%effects(i)%it%group_text()//': not with &quasi_static, '// &
-                      'whose effects are '//joined(effects)//'; leave it out, or take the explicit scheme')
-      end do
-      do i = 1, size(scene%effects)
          associate (it => scene%effects(i)%it)
+            if (.not. any(effects == it%name)) &
+               call fail(error, exit_input, it%group_text()//': not with &quasi_static, whose effects '// &
+                         'are '//joined(effects)//'; leave it out, or take the explicit scheme')
             if (it%name == 'anti_locking' .and. .not. it%declined() &
                 .and. scene%quasi_static%preconditioner == preconditioner_gamg) &
                call fail(error, exit_input, it%group_text()//': not with preconditioner=''gamg'' of '// &

@@ -1,6 +1,5 @@
 """input/slow_rolling.nml: quasi-static steps with friction against the explicit scheme on the same cells and
-with the same domains. usage: rolling.py (in an empty directory; GIMP3D is the
-program)"""
+with the same domains. usage: rolling.py (in an empty directory; GIMP3D is the program)"""
 
 import numpy as np
 
