@@ -1,9 +1,9 @@
 !> Curves over time: one Tecplot zone in point packing, which numpy.loadtxt reads once the header is skipped.
 !>
 !> A curve has its name from the beginning and grows by whole rows, about once a second, so that it can be
-!> read while the run goes on or after it was killed. Systems show a file that grows page by page: blanks
-!> stand before a row that would lie across the end of a page, so that a reader never sees a part of one. A
-!> run that is taken up again carries over the rows of it.
+!> read while the run goes on or after it was killed. Systems show a file that grows page by page: a row after
+!> which no other one fits on its page is filled up with blanks, so that a page ends with a line, and a reader
+!> never sees a part of one. A run that is taken up again carries over the rows of it.
 module m_history
    use m_kinds, only: wp, i8
    use m_constants, only: exit_files, exit_numerical
@@ -21,6 +21,7 @@ module m_history
    integer, parameter, public :: history_text_length = 200
    integer, parameter :: value_width = 25
    integer(i8), parameter :: page = 4096       ! bytes; larger pages are multiples of it
+   character(len=1), parameter :: newline = achar(10)
    real(wp), parameter :: flush_every = 1.0_wp ! s
    character(len=*), parameter :: value_format = '(*(1x,es24.16e3))'
 
@@ -138,29 +139,38 @@ contains
       integer(i8) :: length, bytes
       integer :: row
       if (.not. self%is_open .or. rows == 0) return
-      length = value_width*self%columns + 1_i8
+      length = row_length(self)
       self%rows = self%rows - rows
       bytes = self%head
       do row = 1, self%rows
-         bytes = bytes + blanks_before(bytes, length) + length
+         bytes = bytes + length + blanks_after(bytes + length, length)
       end do
       call self%file%take_back(self%file%bytes() - bytes, error)
    end subroutine take_back
 
+   !> Put a row, or the header, with the blanks that fill up its page if the next row does not fit on it.
    subroutine put_row(self, line, error)
       class(history_t), intent(inout) :: self
       character(len=*), intent(in) :: line
       type(error_t), intent(inout) :: error
-      call self%file%put(repeat(' ', int(blanks_before(self%file%bytes(), len(line) + 1_i8)))//line, error)
+      integer(i8) :: bytes
+      bytes = self%file%bytes() + len(line) + 1
+      call self%file%put(line//repeat(' ', int(blanks_after(bytes, row_length(self)))), error)
       self%rows = self%rows + 1
    end subroutine put_row
 
-   !> How many blanks keep a row of so many bytes on one page, where the file ends after `bytes`.
-   pure integer(i8) function blanks_before(bytes, length)
+   !> Length of a row with its end of line, bytes.
+   pure integer(i8) function row_length(self)
+      class(history_t), intent(in) :: self
+      row_length = value_width*self%columns + 1_i8
+   end function row_length
+
+   !> How many blanks fill up a page on which the next row of so many bytes does not fit.
+   pure integer(i8) function blanks_after(bytes, length)
       integer(i8), intent(in) :: bytes, length
-      blanks_before = page - mod(bytes, page)
-      if (length <= blanks_before .or. length > page) blanks_before = 0
-   end function blanks_before
+      blanks_after = modulo(-bytes, page)
+      if (length <= blanks_after .or. length > page) blanks_after = 0
+   end function blanks_after
 
    !> End the curve, also where the run ends early. If a row could not be written it ends with the row before.
    subroutine close_history(self, error)
@@ -182,19 +192,18 @@ contains
       do c = 2, size(header%columns)
          line = line//', '//quoted(trim(header%columns(c)))
       end do
-      call self%file%put('TITLE='//quoted(header%title), error)
-      call self%file%put(line, error)
-      line = 'ZONE T='//quoted(header%zone)//', STRANDID='//to_text(header%strand)//', SOLUTIONTIME='// &
-             exact_text(header%solution_time)//', DATAPACKING=POINT'
-      call self%file%put(line, error)
+      line = 'TITLE='//quoted(header%title)//newline//line//newline//'ZONE T='//quoted(header%zone)// &
+             ', STRANDID='//to_text(header%strand)//', SOLUTIONTIME='//exact_text(header%solution_time)// &
+             ', DATAPACKING=POINT'
       if (allocated(header%notes)) then
          do c = 1, size(header%notes)
             note = trim(header%notes(c))
             equals = max(1, index(note//'=', '='))
-            line = 'AUXDATA '//identifier(note(1:equals - 1))//'='//quoted(note(equals + 1:))
-            call self%file%put(line, error)
+            line = line//newline//'AUXDATA '//identifier(note(1:equals - 1))//'='// &
+                   quoted(note(equals + 1:))
          end do
       end if
+      call put_row(self, line, error)
       call self%file%flush(error)
       self%head = self%file%bytes()
       self%rows = 0

@@ -85,14 +85,13 @@ contains
       call test%check(.not. error%happened(), 'closing twice does no harm')
    end subroutine one_curve
 
-   !> Whether what stands before the end of each page ends with a line, or with blanks before one.
+   !> Whether each page ends with a line.
    pure logical function whole_on_pages(text) result(whole)
       character(len=*), intent(in) :: text
-      integer :: page, last
+      integer :: page
       whole = .true.
       do page = 4096, len(text), 4096
-         last = index(text(:page), new_line('a'), back=.true.)
-         if (last < page) whole = whole .and. text(last + 1:page) == ''
+         whole = whole .and. text(page:page) == new_line('a')
       end do
    end function whole_on_pages
 

@@ -32,16 +32,21 @@ for ranks in (1, 2):
         f"{ranks} ranks: it begins",
         wait_for(lambda: len(list(Path("watched").glob("particles_*.h5"))) > 1, process),
     )
-    rows, whole = 0, True
+    rows, faults = 0, set()
     wait_for(lambda: len(read("tool_ball.dat")) > 5, process)
     for _ in range(100):
         for name, columns in (("tool_ball.dat", 23), ("energy.dat", 15), ("probe_p.dat", 19)):
             table = read(name)
-            whole = whole and table.shape[1] == columns and np.all(np.diff(table[:, 0]) > 0)
-            whole = whole and Path("watched", name).read_bytes().endswith(b"\n")
+            faults |= {f"{name}: {table.shape[1]} columns"} if table.shape[1] != columns else set()
+            faults |= set() if np.all(np.diff(table[:, 0]) > 0) else {f"{name}: times"}
+            last = Path("watched", name).read_bytes()[-40:]
+            faults |= set() if last.endswith(b"\n") else {f"{name} ends with {last}"}
         rows = len(table)
         time.sleep(0.02)
-    require(f"{ranks} ranks: histories of {rows} rows can be read while it goes on", whole and rows > 5)
+    require(
+        f"{ranks} ranks: histories of {rows} rows can be read while it goes on {sorted(faults)}",
+        not faults and rows > 5,
+    )
     draw(f"{ranks} ranks: while it goes on")
     require(f"{ranks} ranks: it goes on", process.poll() is None)
     for pid in ranks_of(process, ranks):
