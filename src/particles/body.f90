@@ -256,7 +256,6 @@ contains
          end if
          if (at%domain > 0) values(at%domain:at%domain + 8:4) = birth%halves
          values(at%stress:at%stress + 5) = spec%stress
-         if (at%edge_stress > 0) values(at%edge_stress:at%edge_stress + 5) = spec%stress
          if (at%orientation > 0) values(at%orientation:at%orientation + 3) = spec%turned_axes()
          if (at%refinement > 0) values(at%refinement) = birth%refinement
          if (at%generation > 0) values(at%generation) = 3*birth%refinement

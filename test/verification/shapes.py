@@ -205,6 +205,21 @@ def first_stress():
                 check(f"{model}: its speed", last["velocity"], 1e-9)
             else:
                 require(f"{model}: a body that is not held gives way", np.abs(off).max() > 0.1)
+    # on levels: no force from the stress that was there at the edges' beginning (eq. time-levels)
+    for effect in ("", "&anti_locking /\n"):
+        text = (
+            "&scene title='rest', end_time=0.3 /\n"
+            + grid((16, 16, 16), 1.0, 0.0, "'symmetry'")
+            + LAW
+            + "&body material='m', shape='box', lower=0,0,0, upper=16,16,16, stress=5e4,3e4,0,0,0,0 /\n"
+            + "&level lower=4,4,4, upper=12,12,12 /\n&level lower=6,6,6, upper=10,10,10 /\n"
+            + f"{effect}&output directory='levels' /\n"
+        )
+        run(text, 1)
+        last = snapshots("levels")[-1].fields
+        what = f"three levels{', means over cells' if effect else ''}"
+        check(f"{what}: stress at rest", (last["stress"] - [5e4, 3e4, 0, 0, 0, 0]) / 5e4, 1e-9)
+        check(f"{what}: speed", last["velocity"], 1e-9)
     # neo-Hookean under a large stress in all components
     text = (
         "&scene title='rest', end_time=1e-6 /\n"
