@@ -88,10 +88,7 @@ contains
       if (scene%quasi_static%preconditioner == preconditioner_gamg .and. size(scene%levels) > 0) &
          call fail(error, exit_input, text%place('quasi_static', 1, 'preconditioner')//': gamg is not '// &
                    'with &level, for its elements are those of one grid; take jacobi')
-      if (scene%fields() > 1) &
-         call fail(error, exit_input, text%line_of('quasi_static', 1)//', &quasi_static: not with more '// &
-                   'than one contact_group; leave contact_group out, so that bodies are bonded where '// &
-                   'they touch, or take the explicit scheme')
+      if (scene%fields() > 1) call check_groups(text, scene, error)
       if (scene%time%stress_update /= update_usl) &
          call fail(error, exit_input, text%place('time', 1, 'stress_update')//': with &quasi_static only '// &
                    '''usl'' is allowed')
@@ -100,6 +97,33 @@ contains
                    'whose own step counts; leave it out')
       if (scene%quasi_static%has_inertia()) call check_inertia(text, scene, error)
    end subroutine check_quasi_static
+
+   !> Between contact groups there are pressure and friction, without inertia.
+   subroutine check_groups(text, scene, error)
+      type(namelist_text_t), intent(in) :: text
+      type(scene_t), intent(in) :: scene
+      type(error_t), intent(inout) :: error
+      integer :: i
+      if (scene%quasi_static%has_inertia()) &
+         call fail(error, exit_input, text%place('quasi_static', 1, 'mode')//': newmark is not with more '// &
+                   'than one contact_group; leave contact_group out, so that bodies are bonded where '// &
+                   'they touch, or take the explicit scheme')
+      if (scene%quasi_static%preconditioner == preconditioner_gamg) &
+         call fail(error, exit_input, text%place('quasi_static', 1, 'preconditioner')//': gamg is not '// &
+                   'with more than one contact_group, for its elements are those of one body; take jacobi')
+      if (.not. allocated(scene%body_contacts)) return
+      do i = 1, size(scene%body_contacts)
+         associate (it => scene%body_contacts(i))
+            if (it%adhesion > 0.0_wp) call fail(error, exit_input, text%place('body_contact', i, 'adhesion')// &
+               ': not with &quasi_static, where groups press and rub each other only; leave it out, or '// &
+               'take the explicit scheme')
+            if (it%bond_strength > 0.0_wp) call fail(error, exit_input, &
+               text%place('body_contact', i, 'bond_strength')//': not with &quasi_static, where groups '// &
+               'press and rub each other only; leave contact_group out, so that bodies are bonded where '// &
+               'they touch, or take the explicit scheme')
+         end associate
+      end do
+   end subroutine check_groups
 
    !> Tools that loads push have no mass in implicit steps.
    subroutine check_inertia(text, scene, error)

@@ -38,6 +38,7 @@ module m_body_pairs
       type(surface_columns_t) :: at
       type(surface_elements_t) :: elements
       type(meeting_t), allocatable :: meetings(:)
+      integer :: met = 0         !< meetings
       type(wanted_nodes_t) :: wanted
       integer :: first = 1       !< candidate; those before are of tools
       real(wp) :: time = 0.0_wp  !< s
@@ -52,10 +53,12 @@ module m_body_pairs
       procedure :: forbid
       procedure :: keep
       procedure :: add_up
-      procedure, private :: find_meetings_of
+      procedure :: meet
+      procedure :: gap_of
+      procedure :: place_candidate
+      procedure :: hold_candidate
       procedure, private :: make_candidate
       procedure, private :: may_touch
-      procedure, private :: gap_of
       procedure, private :: set_adhesion
    end type body_pairs_t
 
@@ -131,15 +134,15 @@ contains
       type(candidates_t), intent(inout) :: candidates
       integer, allocatable :: first_wanted(:)
       type(partner_t), allocatable :: partners(:)
-      integer :: count, m, n
+      integer :: m, n
       self%first = candidates%count + 1
       self%time = time
       self%overlap = 0.0_wp
-      call self%find_meetings_of(communicator, level, count)
-      allocate (first_wanted(count), partners(count))
+      call self%meet(communicator, level)
+      allocate (first_wanted(self%met), partners(self%met))
       call self%wanted%clear()
       n = 0
-      do m = 1, count
+      do m = 1, self%met
          if (.not. self%may_touch(level, self%meetings(m), time_step)) cycle
          n = n + 1
          self%meetings(n) = self%meetings(m)
@@ -157,20 +160,20 @@ contains
       call candidates%order_pairs(size(level%blocks), self%first)
    end subroutine find
 
-   !> Collective among near ranks: meetings of the elements of a level's particles.
-   subroutine find_meetings_of(self, communicator, level, count)
+   !> Collective among near ranks: meetings of the elements of a level's particles. What pressed them is taken
+   !> out of the particles' columns.
+   subroutine meet(self, communicator, level)
       class(body_pairs_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
-      integer, intent(out) :: count
       real(wp) :: reach
       reach = reach_of*longest_edge*level%grid%cell
       call self%elements%gather(level, self%at)
       call self%elements%exchange(communicator, level, reach)
       call self%elements%mirror(level%grid, reach)
       call self%elements%sort(self%fields, reach_of*max(self%elements%longest, tiny(reach)))
-      call find_meetings(self%elements, self%meetings, count)
-   end subroutine find_meetings_of
+      call find_meetings(self%elements, self%meetings, self%met)
+   end subroutine meet
 
    !> True when the particles' velocities say that a meeting may become contact in a step.
    pure logical function may_touch(self, level, meeting, time_step)
@@ -220,7 +223,7 @@ contains
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
       type(error_t), intent(inout) :: error
-      integer :: count, m, pair
+      integer :: m, pair
       do pair = 1, size(self%specs)
          if (range_of(self%specs(pair)) > 0.5_wp*level%grid%cell) call fail(error, exit_input, &
             '&body_contact: adhesion acts up to a gap of '//si(range_of(self%specs(pair)), 'm')// &
@@ -228,8 +231,8 @@ contains
             '; allowed: a smaller cohesive_range, or a larger bond_strength')
       end do
       if (error%happened()) return
-      call self%find_meetings_of(communicator, level, count)
-      do m = 1, count
+      call self%meet(communicator, level)
+      do m = 1, self%met
          associate (meeting => self%meetings(m), it => self%elements%list(self%meetings(m)%element), &
                     element => self%elements%element(self%meetings(m)%element), &
                     column => level%blocks(self%elements%block(self%meetings(m)%element))%particles%column, &
@@ -243,33 +246,20 @@ contains
       end do
    end subroutine begin
 
-   !> Keep a meeting as a candidate if the free motion of the nodes would close it, or almost.
-   subroutine make_candidate(self, level, time_step, meeting, first_wanted, partner, candidates)
-      class(body_pairs_t), intent(inout) :: self
+   !> Where the force of a meeting acts on its element's own body, and how far its gap is shut.
+   subroutine place_candidate(self, level, meeting, c)
+      class(body_pairs_t), intent(in) :: self
       type(level_t), intent(in) :: level
-      real(wp), intent(in) :: time_step
       type(meeting_t), intent(in) :: meeting
-      integer, intent(in) :: first_wanted !< of the partner's nodes
-      type(partner_t), intent(inout) :: partner
-      type(candidates_t), intent(inout) :: candidates
-      type(candidate_t) :: c
+      type(candidate_t), intent(out) :: c
       real(wp) :: share
-      logical :: held(2)
       c = no_candidate
       associate (element => self%elements%list(meeting%element), &
                  span => self%elements%span(:, :, meeting%element), &
                  last => self%elements%last(:, meeting%element), &
-                 pair => pair_of(nint(self%elements%list(meeting%element)%field), meeting%field), &
                  block => level%blocks(self%elements%block(meeting%element)))
          c%gap = self%gap_of(level, meeting)
          c%allowed = c%gap - meeting%gap
-         call carry_on(merge(last(5) + c%allowed, 0.0_wp, nint(last(6)) == meeting%field), element%edge, &
-                       c%gap, c%carried, c%drift)
-         if (.not. c%carried .and. self%specs(pair)%press_fit > 0.0_wp) then ! pushed out, not drawn
-            c%gap = c%gap - c%drift
-            c%drift = 0.0_wp
-         end if
-         self%overlap(pair) = max(self%overlap(pair), -c%gap)
          c%block = self%elements%block(meeting%element)
          c%particle = self%elements%particle(meeting%element)
          c%normal = meeting%normal
@@ -283,21 +273,60 @@ contains
                             bin_place(int(block%cells%bin(c%particle))), level%layout%domain > 0, &
                             (element%centre - block%origin)*level%grid%per_cell, &
                             span*level%grid%per_cell, share)
+         c%from = element%centre
+         c%arm = share*(element%point - element%centre)
+         c%force = last(1)*c%area
+         c%last_tangential_force = last(2:4)*c%area
+         c%friction = self%specs(pair_of(nint(element%field), meeting%field))%friction
+      end associate
+   end subroutine place_candidate
+
+   !> No node of either body gets more of a force than its mass can bear; `held`: there are enough that can.
+   subroutine hold_candidate(self, level, meeting, c, partner, held)
+      class(body_pairs_t), intent(in) :: self
+      type(level_t), intent(in) :: level
+      type(meeting_t), intent(in) :: meeting
+      type(candidate_t), intent(inout) :: c
+      type(partner_t), intent(inout) :: partner !< with the masses of its nodes
+      logical, intent(out) :: held
+      logical :: of_both(2)
+      call cap(c%face, masses_of(level, c, places_of(level, c)), self%elements%list(meeting%element)%mass, &
+               of_both(1))
+      call cap(partner%face, partner%mass, meeting%mass, of_both(2))
+      partner%point = c%from + c%arm
+      held = all(of_both)
+   end subroutine hold_candidate
+
+   !> Keep a meeting as a candidate if the free motion of the nodes would close it, or almost.
+   subroutine make_candidate(self, level, time_step, meeting, first_wanted, partner, candidates)
+      class(body_pairs_t), intent(inout) :: self
+      type(level_t), intent(in) :: level
+      real(wp), intent(in) :: time_step
+      type(meeting_t), intent(in) :: meeting
+      integer, intent(in) :: first_wanted !< of the partner's nodes
+      type(partner_t), intent(inout) :: partner
+      type(candidates_t), intent(inout) :: candidates
+      type(candidate_t) :: c
+      logical :: held
+      call self%place_candidate(level, meeting, c)
+      associate (element => self%elements%list(meeting%element), &
+                 last => self%elements%last(:, meeting%element), &
+                 pair => pair_of(nint(self%elements%list(meeting%element)%field), meeting%field))
+         call carry_on(merge(last(5) + c%allowed, 0.0_wp, nint(last(6)) == meeting%field), element%edge, &
+                       c%gap, c%carried, c%drift)
+         if (.not. c%carried .and. self%specs(pair)%press_fit > 0.0_wp) then ! pushed out, not drawn
+            c%gap = c%gap - c%drift
+            c%drift = 0.0_wp
+         end if
+         self%overlap(pair) = max(self%overlap(pair), -c%gap)
          call take_mass(self%wanted, first_wanted, partner)
-         call cap(c%face, masses_of(level, c, places_of(level, c)), element%mass, held(1))
-         call cap(partner%face, partner%mass, meeting%mass, held(2))
-         if (.not. all(held)) return
+         call self%hold_candidate(level, meeting, c, partner, held)
+         if (.not. held) return
          c%opposite = partner%reflection*mean_velocity(self%wanted, first_wanted, partner%face)
          c%speed = dot_product(c%normal, point_velocity(level, c))
          call self%set_adhesion(level, self%specs(pair), partner%element, c)
          if (c%gap + time_step*(c%speed - dot_product(c%normal, c%opposite)) > margin*element%edge &
              .and. .not. (c%carried .or. c%pull > 0.0_wp)) return
-         c%from = element%centre
-         c%arm = share*(element%point - element%centre)
-         partner%point = c%from + c%arm
-         c%force = last(1)*c%area
-         c%friction = self%specs(pair)%friction
-         c%last_tangential_force = last(2:4)*c%area
       end associate
       call candidates%add_pair(c, partner)
    end subroutine make_candidate
@@ -342,9 +371,9 @@ contains
       type(level_t), intent(inout) :: level
       type(level_t), intent(in) :: finest
       type(error_t), intent(inout) :: error
-      integer :: count, m
-      call self%find_meetings_of(communicator, level, count)
-      do m = 1, count
+      integer :: m
+      call self%meet(communicator, level)
+      do m = 1, self%met
          associate (meeting => self%meetings(m), it => self%elements%list(self%meetings(m)%element), &
                     p => self%elements%particle(self%meetings(m)%element), &
                     block => level%blocks(self%elements%block(self%meetings(m)%element)))

@@ -14,7 +14,7 @@ module m_contact_rows
    use m_contact_system, only: contact_system_t
    implicit none
    private
-   public :: assemble, move_nodes, places_of, masses_of
+   public :: assemble, move_nodes, places_of, masses_of, inside_of
 
    real(wp), parameter :: stick_compliance = 10.0_wp !< compliance of sticking points, in that of the normal
                                                      !< forces; only changes count

@@ -8,7 +8,7 @@ module m_partner_nodes
    use m_level, only: level_t
    implicit none
    private
-   public :: wanted_nodes_t, numbers_each
+   public :: wanted_nodes_t, numbers_each, may_hold, tile_here
 
    integer, parameter :: numbers_each = 4 !< of a node: its place in the grid and its field
    integer, parameter :: values_each = 4  !< mass (kg), velocity (m/s)
@@ -89,14 +89,14 @@ contains
       high = home + merge(1, 0, modulo(node, block_size) == block_size - 1)
    end subroutine blocks_around
 
-   !> Of a tile here, of a block with particles: nobody solves the nodes of one without.
-   pure function values_here(level, node) result(values)
+   !> Where a node with mass is in a tile here: its place there and the block, 0: nowhere. Of a block with
+   !> particles: nobody solves the nodes of one without.
+   pure function tile_here(level, node) result(tile)
       type(level_t), intent(in) :: level
       integer, intent(in) :: node(numbers_each)
-      real(wp) :: values(values_each)
+      integer :: tile(4)
       integer :: low(3), high(3), x, y, z, slot, at(3)
       call blocks_around(node(:3), low, high)
-      values = 0.0_wp
       do z = low(3), high(3)
          do y = low(2), high(2)
             do x = low(1), high(1)
@@ -104,13 +104,26 @@ contains
                if (slot == 0 .or. slot > size(level%blocks)) cycle
                if (level%blocks(slot)%particles%count == 0) cycle
                at = node(:3) - block_size*[x, y, z] + 1
-               associate (tile => level%nodes(:, at(1), at(2), at(3), slot))
-                  values = [tile(mass_), tile(v_x:v_z)]
-               end associate
-               if (values(1) > 0.0_wp) return
+               tile = [at, slot]
+               if (level%nodes(mass_, at(1), at(2), at(3), slot) > 0.0_wp) return
             end do
          end do
       end do
+      tile = 0
+   end function tile_here
+
+   !> What a tile here has of a node.
+   pure function values_here(level, node) result(values)
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: node(numbers_each)
+      real(wp) :: values(values_each)
+      integer :: tile(4)
+      values = 0.0_wp
+      tile = tile_here(level, node)
+      if (tile(4) == 0) return
+      associate (it => level%nodes(:, tile(1), tile(2), tile(3), tile(4)))
+         values = [it(mass_), it(v_x:v_z)]
+      end associate
    end function values_here
 
    !> Ask each near rank for the nodes that it may hold, and answer what it asks for.

@@ -1,5 +1,5 @@
-!> Contact with rigid tools in a quasi-static step: points that a tool may press, their gaps under a trial
-!> displacement, and what pressing does to the nodes (theory.md, eq. static-contact).
+!> Contact in a quasi-static step: points that a tool or another body may press, their gaps under a trial
+!> displacement, and what pressing does to the nodes (theory.md, eqs static-contact, static-pairs).
 module m_static_contact
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -11,18 +11,19 @@ module m_static_contact
    use m_face_weights, only: find_face, flattening
    use m_face_gap, only: find_gap, particles_near, deform, thickest
    use m_static_tools, only: static_tools_t
+   use m_static_pairs, only: static_pairs_t
    use m_contact_point, only: candidate_t, no_candidate, set_face
    implicit none
    private
-   public :: static_contact_t
+   public :: static_contact_t, touches
 
    !> A point: who it is and what it is at the step's beginning (`point`), and under the trial displacement.
    type, public :: static_point_t
       type(candidate_t) :: point
       real(wp) :: start(3) = 0.0_wp      !< where it is at the step's beginning, m
       real(wp) :: yielding = 0.0_wp      !< gap that a unit of force closes, m/N
-      real(wp) :: gap = 0.0_wp           !< to the tool at the step's end, m
-      real(wp) :: normal(3) = 0.0_wp     !< outward from the tool there
+      real(wp) :: gap = 0.0_wp           !< to the tool or the other body at the step's end, m
+      real(wp) :: normal(3) = 0.0_wp     !< outward from it there
       real(wp) :: turning(3, 3) = 0.0_wp !< how the normal turns as the point moves, 1/m
       real(wp) :: place(3) = 0.0_wp      !< where it is there, m
       real(wp) :: force = 0.0_wp         !< N
@@ -39,11 +40,15 @@ module m_static_contact
       type(static_point_t), allocatable :: list(:)
       integer :: count = 0
       type(static_tools_t) :: tools
-      logical :: rubs = .false.             !< some tool has friction
+      type(static_pairs_t) :: pairs         !< far sides of the points between bodies
+      logical :: rubs = .false.             !< some tool or pair has friction
       real(wp) :: share = 1.0_wp !< of forces here, what acts in the mean of a step: theta where there is
                                  !< inertia
    contains
       procedure :: find
+      procedure :: add => append
+      procedure :: look
+      procedure :: give
       procedure :: move
       procedure :: curve
       procedure :: way
@@ -152,8 +157,9 @@ contains
       call append(self, new)
    end subroutine consider
 
+   !> One point more.
    subroutine append(self, new)
-      type(static_contact_t), intent(inout) :: self
+      class(static_contact_t), intent(inout) :: self
       type(static_point_t), intent(in) :: new
       type(static_point_t), allocatable :: more(:)
       if (self%count == size(self%list)) then
@@ -165,7 +171,21 @@ contains
       self%list(self%count) = new
    end subroutine append
 
-   !> Way of a point by the displacements of the nodes, as the tool sees it, m.
+   !> Collective among near ranks: displacements have been set; far sides of points are read.
+   subroutine look(self, motion)
+      class(static_contact_t), intent(inout) :: self
+      real(wp), intent(in), contiguous :: motion(:, 0:, 0:, 0:, :)
+      call self%pairs%look(motion)
+   end subroutine look
+
+   !> Collective among near ranks: what points have given to far sides goes to the nodes there.
+   subroutine give(self, tiles)
+      class(static_contact_t), intent(inout) :: self
+      real(wp), intent(inout), contiguous :: tiles(:, 0:, 0:, 0:, :)
+      call self%pairs%give(tiles)
+   end subroutine give
+
+   !> Way of a point by the displacements of the nodes, as the tool sees it, or over the other body, m.
    pure function way(self, n, motion) result(u)
       class(static_contact_t), intent(in) :: self
       integer, intent(in) :: n
@@ -184,6 +204,7 @@ contains
             end do
          end do
          u = c%reflection*u
+         if (c%partner > 0) u = u - self%pairs%way(c%partner)
       end associate
    end function way
 
@@ -197,6 +218,12 @@ contains
          associate (it => self%list(n), t => self%list(n)%point%tool)
             u = self%way(n, motion)
             it%place = it%start + u
+            if (t == 0) then ! the surface of the other body as it was at the step's beginning
+               it%normal = it%point%normal
+               it%gap = it%point%gap + dot_product(it%normal, u)
+               it%slip = across(it%normal, it%kept + u)
+               cycle
+            end if
             call self%tools%now(t)%gap_and_normal(it%place, it%gap, it%normal)
             if (it%barred) it%gap = far
             if (.not. it%point%friction > 0.0_wp) cycle
@@ -258,7 +285,7 @@ contains
       do n = 1, self%count
          associate (it => self%list(n))
             it%turning = 0.0_wp
-            if (.not. it%force > 0.0_wp) cycle
+            if (.not. it%force > 0.0_wp .or. it%point%tool == 0) cycle
             place = it%place
             do k = 1, 3
                aside = 0.0_wp
@@ -274,8 +301,9 @@ contains
    end subroutine curve
 
    !> Add a force on point n to the forces of its block's tile; outside symmetry planes it is folded later.
+   !> What it exerts on another body waits for `give`.
    pure subroutine add_force_at(self, n, force, tiles)
-      class(static_contact_t), intent(in) :: self
+      class(static_contact_t), intent(inout) :: self
       integer, intent(in) :: n
       real(wp), intent(in) :: force(3) !< as the tool sees it, N
       real(wp), intent(inout), contiguous :: tiles(:, 0:, 0:, 0:, :)
@@ -293,12 +321,13 @@ contains
                end do
             end do
          end do
+         if (c%partner > 0) call self%pairs%push(c%partner, -force)
       end associate
    end subroutine add_force_at
 
-   !> Add the pressed points' part of the diagonal.
+   !> Add the pressed points' part of the diagonal; as add_force_at.
    pure subroutine add_diagonal(self, tiles)
-      class(static_contact_t), intent(in) :: self
+      class(static_contact_t), intent(inout) :: self
       real(wp), intent(inout), contiguous :: tiles(:, 0:, 0:, 0:, :)
       integer :: i, j, k, n
       do n = 1, self%count
@@ -314,6 +343,7 @@ contains
                   end do
                end do
             end do
+            if (c%partner > 0) call self%pairs%push_squares(c%partner, stiffness)
          end associate
       end do
    end subroutine add_diagonal

@@ -240,7 +240,8 @@ contains
       self%equilibrium%system%goes_on = self%spec%has_inertia() .or. &
                                         (self%equilibrium%system%contact%rubs .and. .not. self%failed_before)
       call self%equilibrium%system%begin(model, model%time, time_step, self%spec%stabilisation)
-      call find_contact(self%equilibrium%system%contact, model, self%compliance)
+      call find_contact(self%equilibrium%system%contact, model, self%compliance, time_step, &
+                        again=self%failed_before)
       call self%equilibrium%solve(self%spec%tolerance)
       self%told = self%told//self%equilibrium%log
       self%newton = self%newton + self%equilibrium%newton
@@ -279,8 +280,12 @@ contains
             call take_along(model, l, time_step, self%equilibrium%system%parts, &
                             self%equilibrium%system%levels(l), error)
          end if
-         if (l < size(model%levels)) &
+         if (l < size(model%levels)) then
             call forbid_contact(model%contact%tools, model%levels(l), model%levels(size(model%levels)), error)
+            if (model%contact%pairs%active()) &
+               call model%contact%pairs%forbid(model%communicator, model%levels(l), &
+                                               model%levels(size(model%levels)), error)
+         end if
          call migrate(model, l, error)
          if (error%happened()) return
       end do

@@ -33,6 +33,8 @@ module m_static_levels
 
    real(wp), parameter :: most_move = 0.44_wp !< of a cell of the coarsest level in a step, where there
                                                !< are finer ones: blocks are made as far ahead
+   real(wp), parameter :: towards_each_other = 0.5_wp !< of that, where bodies may meet: their surfaces see
+                                                      !< each other over a good half of a cell
 
 contains
 
@@ -220,6 +222,7 @@ contains
       integer, intent(in) :: l
       way = most_cells_a_step*model%levels(l)%grid%cell
       if (size(model%levels) > 1) way = min(way, most_move*model%levels(1)%grid%cell)
+      if (model%contact%pairs%active()) way = towards_each_other*way
    end function longest_way
 
 end module m_static_levels

@@ -1,10 +1,11 @@
-!> Contact of a quasi-static step with the tools of the model, on the finest level: where they go, and what is
-!> booked when the step has its equilibrium.
+!> Contact of a quasi-static step with the tools of the model and between its bodies, on the finest level:
+!> where tools go, and what is booked when the step has its equilibrium.
 module m_static_loads
    use m_kinds, only: wp, i8
    use m_vectors, only: cross
    use m_model, only: model_t
    use m_static_contact, only: static_contact_t
+   use m_static_meetings, only: find_meeting_points, book_meetings
    use m_face_gap, only: find_gap, thickest
    use m_tool_reactions, only: reaction_t, add_up
    implicit none
@@ -17,15 +18,19 @@ module m_static_loads
 
 contains
 
-   !> Collective: points that the tools, where given speeds bring them by the end of a step, may press. A tool
-   !> that a load moves along its axis, and that presses nothing, stands where it just touches at first.
-   subroutine find_contact(contact, model, compliance)
+   !> Collective: points that the tools, where given speeds bring them by the end of a step, may press, and
+   !> points at which bodies meet. A tool that a load moves along its axis, and that presses nothing, stands
+   !> where it just touches at first. `again`: the step is tried once more, shorter.
+   subroutine find_contact(contact, model, compliance, time_step, again)
       type(static_contact_t), intent(inout) :: contact
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: compliance
+      real(wp), intent(in) :: time_step !< s
+      logical, intent(in) :: again
       real(wp) :: gap
       integer :: t, try
-      contact%rubs = any([(contact%tools%now(t)%spec%friction > 0.0_wp, t=1, size(contact%tools%now))])
+      contact%rubs = any([(contact%tools%now(t)%spec%friction > 0.0_wp, t=1, size(contact%tools%now))]) &
+                     .or. model%contact%pairs%rubs()
       do t = 1, size(contact%tools%now)
          if (.not. contact%tools%is_driven(t) .or. contact%tools%away(t)) cycle
          if (presses(model, t)) cycle
@@ -39,6 +44,9 @@ contains
       associate (finest => model%levels(size(model%levels)))
          call contact%find(finest, model%materials, reach*finest%grid%cell, compliance, &
                            model%contact%candidates%pressure, model%contact%candidates%traction)
+         if (model%contact%pairs%active()) &
+            call find_meeting_points(contact, model%communicator, finest, model%materials, &
+                                     model%contact%pairs, model%time + time_step, compliance, again)
       end associate
    end subroutine find_contact
 
@@ -92,7 +100,7 @@ contains
       type(reaction_t) :: reactions(size(contact%tools%now))
       real(wp) :: load(3), moment(3)
       integer :: t
-      if (size(reactions) == 0) return
+      if (.not. model%contact%active()) return
       call keep_pressures(contact, model)
       reactions = reaction_t()
       model%contact%states%overlap = 0.0_wp
@@ -110,8 +118,12 @@ contains
                state%work = state%work + 0.5_wp*time_step*dot_product(state%moment - moment, tool%spin)
          end associate
       end do
-      model%contact%worst_overlap = maxval([model%contact%worst_overlap, model%contact%states%overlap])
-      associate (candidates => nint(sum(reactions%candidates), i8))
+      if (model%contact%pairs%active()) &
+         call book_meetings(contact, model%communicator, model%levels(size(model%levels)), model%materials, &
+                            model%contact%pairs, time_step, model%contact%candidates%pressure)
+      model%contact%worst_overlap = maxval([model%contact%worst_overlap, model%contact%states%overlap, &
+                                            model%contact%pairs%overlap])
+      associate (candidates => nint(sum(reactions%candidates) + sum(model%contact%pairs%step%candidates), i8))
          model%contact%largest = max(model%contact%largest, candidates)
          model%contact%handled = model%contact%handled + candidates
       end associate
@@ -125,6 +137,7 @@ contains
       real(wp) :: force(3)
       integer :: n
       do n = 1, contact%count
+         if (contact%list(n)%point%tool == 0) cycle
          associate (it => contact%list(n), sums => reactions(contact%list(n)%point%tool), &
                     state => model%contact%states(contact%list(n)%point%tool))
             sums%candidates = sums%candidates + 1.0_wp
@@ -160,7 +173,7 @@ contains
          end do
          do n = 1, contact%count
             associate (it => contact%list(n), block => level%blocks(contact%list(n)%point%block))
-               if (.not. it%force > 0.0_wp) cycle
+               if (.not. it%force > 0.0_wp .or. it%point%tool == 0) cycle
                block%pressed = .true.
                associate (column => block%particles%column, p => it%point%particle)
                   column(p, at%pressure) = column(p, at%pressure) + contact%share*it%force/it%point%area

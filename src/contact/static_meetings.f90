@@ -1,0 +1,112 @@
+!> Points between bodies of different contact groups in a quasi-static step, found as those of the explicit
+!> step are, and what is booked for them when the step has its equilibrium (theory.md, eq. static-pairs).
+module m_static_meetings
+   use m_kinds, only: wp
+   use m_vectors, only: tangents
+   use m_communicator, only: communicator_t
+   use m_level, only: level_t
+   use m_materials, only: materials_t
+   use m_contact_point, only: candidate_t, partner_t
+   use m_candidates, only: candidates_t
+   use m_partner_point, only: place_partner
+   use m_pair_reactions, only: pair_of
+   use m_body_pairs, only: body_pairs_t
+   use m_static_contact, only: static_contact_t, static_point_t, touches
+   implicit none
+   private
+   public :: find_meeting_points, book_meetings
+
+contains
+
+   !> Collective among near ranks: add the points at which bodies meet. `again`: the step is tried once more,
+   !> shorter, from the same state.
+   subroutine find_meeting_points(contact, communicator, level, materials, bodies, time, compliance, again)
+      type(static_contact_t), intent(inout) :: contact
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(inout) :: level !< with the masses of the nodes
+      type(materials_t), intent(in) :: materials
+      type(body_pairs_t), intent(inout) :: bodies
+      real(wp), intent(in) :: time       !< of the step's end, s
+      real(wp), intent(in) :: compliance !< of a point: gap over cell under a pressure of Young's modulus
+      logical, intent(in) :: again
+      type(partner_t), allocatable :: partners(:)
+      type(static_point_t) :: new
+      integer :: m
+      logical :: held
+      contact%pairs%active = .true.
+      bodies%time = time
+      bodies%overlap = 0.0_wp
+      if (.not. again) call bodies%meet(communicator, level)
+      allocate (partners(bodies%met))
+      do m = 1, bodies%met
+         call place_partner(bodies%elements, level, bodies%meetings(m), partners(m))
+      end do
+      call contact%pairs%connect(communicator, level, partners)
+      do m = 1, bodies%met
+         associate (meeting => bodies%meetings(m), it => new%point)
+            new = static_point_t()
+            call bodies%place_candidate(level, meeting, it)
+            call bodies%hold_candidate(level, meeting, it, contact%pairs%partners(m), held)
+            if (.not. held) cycle
+            it%partner = m
+            associate (pair => pair_of(level%blocks(it%block)%field, meeting%field))
+               bodies%overlap(pair) = max(bodies%overlap(pair), -it%gap)
+            end associate
+            new%start = it%from + it%arm
+            ! both sides of a contact have points, and each bears half
+            new%yielding = 2.0_wp*contact%share*compliance*level%grid%cell/(stiffness_of(it)*it%area)
+            new%force = it%force/contact%share
+            new%pressed = new%force > 0.0_wp .or. it%gap <= touches*level%grid%cell
+            if (it%friction > 0.0_wp) then
+               new%rub = it%last_tangential_force/contact%share
+               new%kept = -new%yielding*new%rub
+            end if
+            call contact%add(new)
+         end associate
+      end do
+   contains
+      !> Young's modulus of a point's particle, Pa.
+      real(wp) function stiffness_of(c)
+         type(candidate_t), intent(in) :: c
+         associate (body => level%blocks(c%block)%particles%body(c%particle))
+            stiffness_of = 0.5_wp/materials%slots(materials%of_body(body))%law%complementary_energy( &
+                           [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp])
+         end associate
+      end function stiffness_of
+   end subroutine find_meeting_points
+
+   !> Collective: forces, gaps and slips of the equilibrium to the particles and to the sums of the pairs.
+   subroutine book_meetings(contact, communicator, level, materials, bodies, time_step, pressure)
+      type(static_contact_t), intent(in) :: contact
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(inout) :: level
+      type(materials_t), intent(in) :: materials
+      type(body_pairs_t), intent(inout) :: bodies
+      real(wp), intent(in) :: time_step !< s
+      integer, intent(in) :: pressure   !< column of the contact pressure
+      type(candidates_t) :: booked
+      integer :: n
+      booked%partners = contact%pairs%partners
+      allocate (booked%list(contact%pairs%count))
+      do n = 1, contact%count
+         associate (it => contact%list(n))
+            if (it%point%partner == 0) cycle
+            booked%count = booked%count + 1
+            associate (c => booked%list(booked%count), partner => booked%partners(it%point%partner))
+               c = it%point
+               c%force = contact%share*it%force
+               c%opening = (it%gap - it%point%gap)/time_step
+               if (.not. c%friction > 0.0_wp) cycle
+               c%frictional = 1
+               c%tangent = tangents(c%normal)
+               c%tangential_force = contact%share*matmul(it%rub, c%tangent)
+               partner%slip = matmul(it%slip + it%yielding*it%rub, c%tangent)/time_step
+            end associate
+         end associate
+      end do
+      bodies%first = 1
+      call bodies%keep(level, materials, booked, time_step, pressure)
+      call bodies%add_up(communicator)
+   end subroutine book_meetings
+
+end module m_static_meetings
