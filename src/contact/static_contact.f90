@@ -42,6 +42,7 @@ module m_static_contact
       type(static_tools_t) :: tools
       type(static_pairs_t) :: pairs         !< far sides of the points between bodies
       logical :: rubs = .false.             !< some tool or pair has friction
+      logical :: meets_first = .false. !< bodies that did not press are thought to: where they almost touch
       real(wp) :: share = 1.0_wp !< of forces here, what acts in the mean of a step: theta where there is
                                  !< inertia
    contains

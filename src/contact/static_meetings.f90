@@ -6,7 +6,7 @@ module m_static_meetings
    use m_communicator, only: communicator_t
    use m_level, only: level_t
    use m_materials, only: materials_t
-   use m_contact_point, only: candidate_t, partner_t
+   use m_contact_point, only: candidate_t, partner_t, margin
    use m_candidates, only: candidates_t
    use m_partner_point, only: place_partner
    use m_pair_reactions, only: pair_of
@@ -31,7 +31,7 @@ contains
       logical, intent(in) :: again
       type(partner_t), allocatable :: partners(:)
       type(static_point_t) :: new
-      integer :: m
+      integer :: first, m
       logical :: held
       contact%pairs%active = .true.
       bodies%time = time
@@ -42,6 +42,7 @@ contains
          call place_partner(bodies%elements, level, bodies%meetings(m), partners(m))
       end do
       call contact%pairs%connect(communicator, level, partners)
+      first = contact%count + 1
       do m = 1, bodies%met
          associate (meeting => bodies%meetings(m), it => new%point)
             new = static_point_t()
@@ -54,7 +55,7 @@ contains
             end associate
             new%start = it%from + it%arm
             ! both sides of a contact have points, and each bears half
-            new%yielding = 2.0_wp*contact%share*compliance*level%grid%cell/(stiffness_of(it)*it%area)
+            new%yielding = 2.0_wp*contact%share*compliance*level%grid%cell/(softer_of(it, meeting%field)*it%area)
             new%force = it%force/contact%share
             new%pressed = new%force > 0.0_wp .or. it%gap <= touches*level%grid%cell
             if (it%friction > 0.0_wp) then
@@ -64,16 +65,59 @@ contains
             call contact%add(new)
          end associate
       end do
+      call guess_first_contact(contact, first, communicator, level, size(bodies%specs))
    contains
-      !> Young's modulus of a point's particle, Pa.
-      real(wp) function stiffness_of(c)
+      !> Young's modulus of a point's particle or, where one is softer, of the bodies that it meets, Pa.
+      real(wp) function softer_of(c, field) result(young)
          type(candidate_t), intent(in) :: c
-         associate (body => level%blocks(c%block)%particles%body(c%particle))
-            stiffness_of = 0.5_wp/materials%slots(materials%of_body(body))%law%complementary_energy( &
-                           [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp])
-         end associate
-      end function stiffness_of
+         integer, intent(in) :: field !< velocity field of these
+         integer :: body
+         young = modulus_of(int(level%blocks(c%block)%particles%body(c%particle)))
+         do body = 1, size(materials%of_body)
+            if (level%field_of_body(body) == field) young = min(young, modulus_of(body))
+         end do
+      end function softer_of
+
+      real(wp) function modulus_of(body)
+         integer, intent(in) :: body
+         modulus_of = 0.5_wp/materials%slots(materials%of_body(body))%law%complementary_energy( &
+                      [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp])
+      end function modulus_of
    end subroutine find_meeting_points
+
+   !> Collective: of a pair that does not press, the points that almost touch are thought to: a body that
+   !> nothing else holds has no equilibrium without.
+   subroutine guess_first_contact(contact, first, communicator, level, pairs)
+      type(static_contact_t), intent(inout) :: contact
+      integer, intent(in) :: first, pairs !< point; how many pairs there are
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(in) :: level
+      real(wp) :: presses(pairs), found
+      integer :: n
+      presses = 0.0_wp
+      found = 0.0_wp
+      do n = first, contact%count
+         associate (it => contact%list(n))
+            if (it%pressed) presses(pair_at(it%point)) = 1.0_wp
+         end associate
+      end do
+      do n = 1, pairs
+         presses(n) = communicator%maximum(presses(n))
+      end do
+      do n = first, contact%count
+         associate (it => contact%list(n))
+            if (presses(pair_at(it%point)) > 0.5_wp) cycle
+            it%pressed = it%point%gap <= margin*sqrt(it%point%area)
+            if (it%pressed) found = 1.0_wp
+         end associate
+      end do
+      contact%meets_first = communicator%maximum(found) > 0.5_wp
+   contains
+      pure integer function pair_at(c)
+         type(candidate_t), intent(in) :: c
+         pair_at = pair_of(level%blocks(c%block)%field, contact%pairs%partners(c%partner)%field)
+      end function pair_at
+   end subroutine guess_first_contact
 
    !> Collective: forces, gaps and slips of the equilibrium to the particles and to the sums of the pairs.
    subroutine book_meetings(contact, communicator, level, materials, bodies, time_step, pressure)

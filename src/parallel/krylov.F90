@@ -60,6 +60,7 @@ module m_krylov
    end type krylov_t
 
    integer, parameter :: most_products = 4000 !< in one solve by conjugate gradients
+   real(wp), parameter :: may_grow = 1.0e30_wp !< the residual may, before it falls: with stiff contact by much
    integer, parameter :: most_general = 600   !< by the method for matrices that are not symmetric
    integer, parameter :: restart = 60         !< of the method for matrices that are not symmetric
 
@@ -150,7 +151,7 @@ contains
       if (symmetric) solver = self%symmetric
       if (symmetric) most = most_products
       PetscCallA(KSPSetOperators(solver, self%shell, self%shell, ierr))
-      PetscCallA(KSPSetTolerances(solver, 1.0e-30_wp, residual, PETSC_DEFAULT_REAL, most, ierr))
+      PetscCallA(KSPSetTolerances(solver, 1.0e-30_wp, residual, may_grow, most, ierr))
       PetscCallA(KSPSolve(solver, self%right_side, self%solution, ierr))
       PetscCallA(KSPGetConvergedReason(solver, reason, ierr))
       PetscCallA(KSPGetIterationNumber(solver, its, ierr))

@@ -6,7 +6,7 @@ module m_equilibrium
    use m_kinds, only: wp
    use m_text, only: to_text
    use m_static_system, only: static_system_t
-   use m_static_linear, only: static_linear_t, most_unsolved
+   use m_static_linear, only: static_linear_t, most_unsolved, most_unsettled
    use m_trial_state, only: verdict_t
    implicit none
    private
@@ -97,7 +97,7 @@ contains
                best_at = self%newton
             end if
             if (self%newton >= most_iterations .or. self%linear%unsolved >= most_unsolved &
-                .or. self%newton - best_at >= patience) return
+                .or. self%linear%unsettled >= most_unsettled .or. self%newton - best_at >= patience) return
             self%newton = self%newton + 1
             call system%linearise()
             call self%linear%improve(system, force, self%left, change)

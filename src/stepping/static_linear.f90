@@ -15,6 +15,7 @@ module m_static_linear
       logical :: has_elements = .false.   !< they are made in this step
       integer :: solves = 0, products = 0 !< of this step
       integer :: unsolved = 0             !< linear problems of this step that were not
+      integer :: unsettled = 0            !< iterations of this step whose points did not settle
    contains
       procedure :: begin
       procedure :: improve
@@ -23,6 +24,7 @@ module m_static_linear
    end type static_linear_t
 
    integer, parameter, public :: most_unsolved = 3 !< linear problems of a step: then nothing holds the body
+   integer, parameter, public :: most_unsettled = 3 !< iterations of a step: then it is too long
    integer, parameter :: most_guesses = 20
    real(wp), parameter :: rough = 1.0e-3_wp !< linear problems are solved to this, of the forces left over
    real(wp), parameter :: unknown = huge(1.0_wp)
@@ -35,6 +37,7 @@ contains
       self%solves = 0
       self%products = 0
       self%unsolved = 0
+      self%unsettled = 0
       self%has_elements = .false.
    end subroutine begin
 
@@ -61,6 +64,7 @@ contains
          aim = max(rough*what_is_left(system, force, left, bound), tiny(aim))
          symmetric = .true.
          do guess = 1, most_guesses
+            done = .false.
             call self%set_points(system, ahead, bound, force - moved, right)
             call self%solve_linear(system, right, direction, aim, symmetric)
             call move_points(system, direction, along)
@@ -68,12 +72,16 @@ contains
             if (.not. contact%rubs .and. fits(system, ahead + along)) then
                change = change + direction
                ahead = ahead + along
+               done = .true.
                exit
             end if
             system%presses = .false.
             call system%multiply(direction, stiff)
             self%products = self%products + 1
-            length = way_to_least(system, force - moved, direction, stiff, ahead, along, bound)
+            length = 1.0_wp ! a first contact is closed, or nothing would hold what it is to hold
+            if (.not. contact%meets_first) &
+               length = way_to_least(system, force - moved, direction, stiff, ahead, along, bound)
+            contact%meets_first = .false.
             change = change + length*direction
             moved = moved + length*stiff
             ahead = ahead + length*along
@@ -83,6 +91,7 @@ contains
             done = sqrt(system%dot(right, right)) <= 2.0_wp*aim
             if (done) exit
          end do
+         if (.not. done) self%unsettled = self%unsettled + 1
          call take_forces(system, ahead, bound)
       end associate
    end subroutine improve
@@ -222,11 +231,12 @@ contains
                              products, solved)
       self%products = self%products + products
       self%solves = self%solves + 1
-      if (solved .or. .not. symmetric) return
-      symmetric = .false.
-      call self%krylov%solve(system, diagonal, self%elements, right, direction, aim, symmetric, &
-                             products, solved)
-      self%products = self%products + products
+      if (symmetric .and. .not. solved) then
+         symmetric = .false.
+         call self%krylov%solve(system, diagonal, self%elements, right, direction, aim, symmetric, &
+                                products, solved)
+         self%products = self%products + products
+      end if
       if (.not. solved) self%unsolved = self%unsolved + 1
    end subroutine solve_linear
 

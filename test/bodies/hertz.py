@@ -16,9 +16,20 @@ def below(y, z, half):
     return -m / half * (1 - (z**2 + n**2) / (m**2 + n**2))
 
 
-def cylinder(name, half=3.0, radius=24.0, offset=0.41, domain="fixed", groups=True, steps=3500, per_cell=8):
+def cylinder(
+    name,
+    half=3.0,
+    radius=24.0,
+    offset=0.41,
+    domain="fixed",
+    groups=True,
+    steps=3500,
+    per_cell=8,
+    static=False,
+):
     """Half of a cylinder on a plate 0.8 R thick, its axis along z, pressed along -x by gravity; the plate
-    lies on a smooth rigid tool `offset` over a node plane."""
+    lies on a smooth rigid tool `offset` over a node plane. `static`: in quasi-static steps, as many as
+    `steps`, with its weight coming on."""
     thick, wide = round(0.8 * radius), round(1.5 * radius)
     load = math.pi * STIFFNESS * half**2 / (4 * radius)  # N/m
     pull = load / (DENSITY * math.pi * radius**2)
@@ -26,6 +37,10 @@ def cylinder(name, half=3.0, radius=24.0, offset=0.41, domain="fixed", groups=Tr
     end = steps * 0.3 / BAR_WAVE
     top = offset + thick
     rate = 2 * 0.9 * math.sqrt(0.3 * YOUNG / (DENSITY * math.pi * radius**2))
+    comes_to_rest = f"&damping kind='viscous', coefficient={rate!r} /"
+    if static:
+        end = 1.0
+        comes_to_rest = f"&quasi_static step={end / steps!r}, max_step={end / steps!r}, ramp={end!r} /"
     run = Run(
         name,
         f"""&scene title='cylinder on a plate', end_time={end!r} /
@@ -38,7 +53,7 @@ def cylinder(name, half=3.0, radius=24.0, offset=0.41, domain="fixed", groups=Tr
       {group(groups and 'cylinder')} /
 &tool name='base', shape='flat', radius=99, tip={offset!r},1,0.5, axis=1,0,0, times=0, speeds=0 /
 &gravity acceleration={-pull!r},0,0 /
-&damping kind='viscous', coefficient={rate!r} /
+{comes_to_rest}
 &output directory='OUT' /
 """,
     )

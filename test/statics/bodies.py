@@ -1,0 +1,175 @@
+"""Quasi-static steps with bodies of several contact groups, against exact answers (theory.md, eq.
+static-pairs). usage: bodies.py [long] (in an empty directory; GIMP3D is the program)"""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+from static_scenes import ROOT, History, check, finish, last_particles, newton_by_step, require, run
+
+sys.path.append(str(ROOT / "test/bodies"))
+
+
+def stack(name, more="", steps=0.125):
+    """Two blocks of different particles under a plate, the interface aside of node planes."""
+    return (
+        f"&scene title='{name}', end_time=1 /\n"
+        "&grid lower=0,0,0, upper=8,8,10, cell_size=1, "
+        "boundary='symmetry','free','symmetry','free','roller','free' /\n"
+        f"&material name='m', model='elastic', density=1, young=1e3, poisson=0.3 /\n"
+        "&body material='m', shape='box', lower=0,0,0, upper=6,6,4.5, contact_group='low' /\n"
+        f"&body material='m', shape='box', lower=0,0,4.5, upper=6,6,8.5, "
+        "contact_group='high' /\n"
+        f"&tool name='plate', shape='flat', radius=15, tip=0,0,8.5, times=0, speeds=0.4 /\n"
+        f"&quasi_static step={steps}, max_step={steps}, iterations=.true. /\n"
+        f"&output directory='{name}', history_every=1e-9 /\n" + more
+    )
+
+
+def pair(name, one="low", other="high"):
+    return History(Path(f"{name}/contact_{one}_{other}.dat"))
+
+
+def pressed_blocks():
+    """Stress is the same everywhere, what one block feels the other does, and so does the plate, on 1, 2 and
+    4 ranks."""
+    loads = {}
+    for ranks in (1, 2, 4):
+        name = f"stack_{ranks}"
+        log = run(stack(name), ranks)
+        loads[ranks] = pair(name)["force_z"][1:]
+        plate = History(Path(f"{name}/tool_plate.dat"))["load_z"][1:]
+        check(f"{name}: force on the lower block against the plate's load", loads[ranks] / -plate - 1, 1e-5)
+        if ranks > 1:
+            check(f"{name}: against 1 rank", loads[ranks] / loads[1] - 1, 1e-5)
+    newton = newton_by_step(log)
+    require(f"stack: Newton iterations a step: {newton}", max(newton) <= 4)
+    stress = last_particles("stack_1")["stress"] / 1e3
+    exact = -0.4 / 8.5
+    print(f"   stack: szz over E: {stress[:, 2].min():.4f} to {stress[:, 2].max():.4f}, strain {exact:.4f}")
+    check("stack: szz off its mean, of that", stress[:, 2] / stress[:, 2].mean() - 1, 0.05)
+    check("stack: other components, of szz", stress[:, [0, 1, 3, 4, 5]] / stress[:, 2].mean(), 0.03)
+
+
+def sliding():
+    """A block pushed over another meets friction times its weight and makes heat of it; on a slope that is
+    less than the friction it stays."""
+    scene = (
+        "&scene title='{name}', end_time=1 /\n"
+        "&grid lower=0,0,0, upper=12,6,8, cell_size=1, "
+        "boundary='roller','roller','symmetry','roller','fixed','free' /\n"
+        "&material name='m', model='elastic', density=1, young=1e3, poisson=0.3 /\n"
+        "&body material='m', shape='box', lower=0,0,0, upper=12,6,3, contact_group='low' /\n"
+        "&body material='m', shape='box', lower=3,0,3, upper=7,3,5, contact_group='high' /\n"
+        "&body_contact friction=0.3 /\n{more}"
+        "&output directory='{name}', history_every=1e-9 /\n"
+    )
+    weight = 24 * 0.1
+    name = "pushed"
+    run(
+        scene.format(
+            name=name,
+            more="&gravity acceleration=0,0,-0.1 /\n"
+            "&tool name='push', shape='flat', radius=5, axis=1,0,0, tip=3,1.5,8.6, times=0,0.2,1, "
+            "speeds=0,1,1 /\n&quasi_static step=0.1, ramp=0.2 /\n",
+        ),
+        1,
+    )
+    history, push = pair(name), History(Path(f"{name}/tool_push.dat"))
+    slid = history["time"] > 0.45
+    check("pushed: weight on the lower block, off 1", history["force_z"][slid] / -weight - 1, 1e-5)
+    check(
+        "pushed: friction over friction times weight, off 1",
+        history["force_x"][slid] / (0.3 * weight) - 1,
+        1e-3,
+    )
+    check(
+        "pushed: what the tool bears of it, off 1", push["load_x"][slid] / -history["force_x"][slid] - 1, 1e-3
+    )
+    made = np.diff(history["friction_heat"][slid]) / (0.3 * weight * np.diff(push["depth"][slid]))
+    check("pushed: heat over friction times way, off 1", made - 1, 1e-3)
+    for ranks in (1, 2):
+        name = f"slope_{ranks}"
+        run(
+            scene.format(
+                name=name, more="&gravity acceleration=0.02,0,-0.1 /\n&quasi_static step=0.25, ramp=1 /\n"
+            ),
+            ranks,
+        )
+        history = pair(name)
+        check(
+            f"{name}: friction holds the block, off its part of the weight",
+            history["force_x"][-1] / 0.48 - 1,
+            1e-5,
+        )
+
+
+def hertz():
+    """A cylinder on a plate under its own weight, as the explicit scheme brings it to rest."""
+    from hertz import cylinder
+
+    for offset in (0.41, 0.6):
+        share, width, off = cylinder(
+            f"hertz_{offset}", half=1.5, radius=12.0, steps=4, static=True, offset=offset
+        )
+        check("hertz: load over the weight, off 1", share - 1, 1e-5)
+        check("hertz: half-width over Hertz's, off 1", width - 1, 0.2)  # three particles
+        check("hertz: stress of layers 2 to 4 off Hertz's, in p0", np.array(off[1:]), 0.05)
+
+
+def changes():
+    """Loaded by explicit steps, held by quasi-static ones, and let go by explicit ones: the force goes on."""
+    name = "changes"
+    text = stack(name).replace("end_time=1", "end_time=1.2")
+    text = text.replace("times=0, speeds=0.4", "times=0,1,1.0001, speeds=0.4,0.4,0").replace(
+        "max_step=0.125", "max_step=0.125, to=1.01"
+    )
+    run(text, 1)
+    history = pair(name)
+    time, force = history["time"], history["force_z"]
+    held = force[(time > 0.99) & (time <= 1.01)][-1]
+    after = force[time > 1.04]  # the first steps ring
+    print(f"   changes: force held {held:.3f} N, afterwards {after.min():.3f} to {after.max():.3f} N")
+    check("changes: force in explicit steps afterwards, off that held", after / held - 1, 0.01)
+
+
+def levels_and_restart():
+    """On a level that holds both blocks' surfaces the force is that of one grid, and a run that is taken up
+    again on 2 ranks goes on as if it had not been stopped."""
+    name = "levels"
+    run(stack(name, "&level lower=0,0,3, upper=8,8,10 /\n&checkpoint every_steps=3 /\n"), 1)
+    force = pair(name)["force_z"]
+    check("levels: force against that without, off 1", force[-1] / pair("stack_1")["force_z"][-1] - 1, 5e-3)
+    max(Path(name).glob("checkpoint_*.h5")).unlink()
+    done = subprocess.run(
+        ["mpirun", "-n", "2", os.environ["GIMP3D"], "--restart", name], check=False, capture_output=True
+    )
+    require("restart on 2 ranks: status", done.returncode == 0)
+    check("restart on 2 ranks: force, of the largest", (pair(name)["force_z"] - force) / force.min(), 1e-5)
+
+
+def long():
+    """Finer, at several heights of the interface in its cell; with all shapes of domains."""
+    from hertz import judged
+
+    for domain, offset in (
+        ("fixed", 0.0),
+        ("fixed", 0.2),
+        ("fixed", 0.6),
+        ("stretch", 0.41),
+        ("corners", 0.87),
+    ):
+        judged(f"static_{domain}_{offset}", domain=domain, offset=offset, steps=5, static=True)
+
+
+if sys.argv[1:] == ["long"]:
+    long()
+else:
+    pressed_blocks()
+    sliding()
+    hertz()
+    changes()
+    levels_and_restart()
+finish()
