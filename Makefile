@@ -90,7 +90,9 @@ endif
 test_binaries := $(patsubst test/%.f90,$(build)/test/%,$(test_programs))
 # TESTS="unit input/run ...": only these suites or tests (all when empty)
 TESTS ?=
-wanted := $(if $(TESTS),$(TESTS:%=$(build)/test/%) $(TESTS:%=$(build)/test/%/%),%)
+# a script may run any program of its suite
+wanted := $(if $(TESTS),$(TESTS:%=$(build)/test/%) $(TESTS:%=$(build)/test/%/%) \
+   $(foreach t,$(TESTS),$(if $(wildcard test/$t.sh),$(build)/test/$(dir $t)%)),%)
 chosen_binaries := $(filter $(wanted),$(test_binaries))
 
 # ---- build ----------------------------------------------------------------------------------------------------------------------

@@ -946,9 +946,7 @@ def cases():
             "area the hardness does not depend on a stress in the surface",
             "B1 (E/Y = 100, n = 0), the block between symmetry sides, so that it may be under an equal "
             "stress along both its sides",
-            "The load at a depth changes with the stress, and the area with it. A block under stress rings "
-            "a little on its levels (kinetic energy 1e-4 of the strain energy), which is much beside the "
-            "work of the tool.",
+            "The load at a depth changes with the stress, and the area with it.",
             residual_rows(),
         ),
     ]

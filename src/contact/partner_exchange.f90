@@ -16,7 +16,7 @@ module m_partner_exchange
    !> What this rank and a near one have to do with each other.
    type :: parcel_t
       integer, allocatable :: mine(:)    !< numbers of nodes that are in a tile there
-      integer, allocatable :: tile(:, :) !< (4, nodes of the other rank's): place in a tile here, and the block
+      integer, allocatable :: tile(:, :) !< (4, nodes of the other rank): place in a tile here, and block
       real(wp), allocatable :: given(:, :), taken(:, :) !< (each, nodes), of the message under way
    contains
       procedure :: start
@@ -25,7 +25,7 @@ module m_partner_exchange
    type :: partner_exchange_t
       private
       integer, public :: count = 0
-      integer, allocatable :: tile(:, :) !< (4, count): place in a tile here, and the block; 0: of another rank
+      integer, allocatable :: tile(:, :) !< (4, count): place in a tile here, and block; 0: of another rank
       type(communicator_t) :: communicator
       integer, allocatable :: ranks(:)         !< near ones, rising
       type(parcel_t), allocatable :: parcels(:) !< (near ranks)

@@ -55,7 +55,8 @@ contains
             end associate
             new%start = it%from + it%arm
             ! both sides of a contact have points, and each bears half
-            new%yielding = 2.0_wp*contact%share*compliance*level%grid%cell/(softer_of(it, meeting%field)*it%area)
+            new%yielding = 2.0_wp*contact%share*compliance*level%grid%cell &
+                           /(softer_of(it, meeting%field)*it%area)
             new%force = it%force/contact%share
             new%pressed = new%force > 0.0_wp .or. it%gap <= touches*level%grid%cell
             if (it%friction > 0.0_wp) then
