@@ -115,8 +115,8 @@ contains
       do i = 1, size(scene%body_contacts)
          associate (it => scene%body_contacts(i))
             if (it%adhesion > 0.0_wp) call fail(error, exit_input, &
-               text%place('body_contact', i, 'adhesion')//': not with &quasi_static, where groups press and rub each other only; leave it out, or '// &
-               'take the explicit scheme')
+               text%place('body_contact', i, 'adhesion')//': not with &quasi_static, where groups press '// &
+               'and rub each other only; leave it out, or take the explicit scheme')
             if (it%bond_strength > 0.0_wp) call fail(error, exit_input, &
                text%place('body_contact', i, 'bond_strength')//': not with &quasi_static, where groups '// &
                'press and rub each other only; leave contact_group out, so that bodies are bonded where '// &
