@@ -60,7 +60,7 @@ module m_krylov
    end type krylov_t
 
    integer, parameter :: most_products = 4000 !< in one solve by conjugate gradients
-   real(wp), parameter :: may_grow = 1.0e30_wp !< the residual may, before it falls: by much with stiff contact
+   real(wp), parameter :: may_grow = 1.0e30_wp !< of the residual, before it falls
    integer, parameter :: most_general = 600   !< by the method for matrices that are not symmetric
    integer, parameter :: restart = 60         !< of the method for matrices that are not symmetric
 
