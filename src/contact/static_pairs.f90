@@ -1,7 +1,7 @@
 !> The other bodies of the points between contact groups in a quasi-static step: nodes and weights of the far
 !> side, wherever their tiles are; their ways under a trial displacement, and forces on them.
 module m_static_pairs
-   use m_kinds, only: wp
+   use m_kinds, only: wp, i8
    use m_node_values, only: mass_, v_x, v_z, f_x, f_z
    use m_communicator, only: communicator_t
    use m_level, only: level_t
@@ -58,6 +58,7 @@ contains
       allocate (self%node(self%begins(self%count + 1) - 1))
       self%nodes%extent = [level%grid%cells + 3, level%grid%fields]
       self%nodes%count = 0
+      self%nodes%grid_node = [integer(i8) ::]
       if (self%count > 0) call self%nodes%number_all(place, last, partners%field, self%node)
       associate (numbers => self%nodes%grid_node(:self%nodes%count))
          call self%exchange%build(communicator, level, reshape([([self%nodes%place_of(numbers(n)), &

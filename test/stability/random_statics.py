@@ -5,12 +5,13 @@ random_scenes.py, which says what clean is.
 usage: random_statics.py WORK PROGRAM COUNT [--first SEED] [--ranks 1 2 3 4]
 
 Bodies are held or lie loose, tools press deep or with too much load: many scenes have no equilibrium, and
-must say so."""
+must say so. From seed 1000 on the body is cut in two, one on top of the other, of different contact groups."""
 
 import random
 
 from random_scenes import Scene, main, number, point
 
+IN_TWO = 1000  # from this seed on
 EXPLICIT = 30  # steps before, or after, the quasi-static ones where a run changes
 
 
@@ -32,6 +33,26 @@ class StaticScene(Scene):
         self.tools_wanted = True
         self.bodies = self.make_bodies()
         self.tools = [self.make_tool(n) for n in range(chance.choice([0, 1, 1, 1, 2]))]
+        self.friction = None
+        if seed >= IN_TWO:
+            self.cut_in_two()
+
+    def cut_in_two(self):
+        """The body as two in layers of its particles. Tools go by the first, which keeps its old bounds."""
+        body, edge = self.bodies[0], {1: 1.0, 8: 0.5, 27: 1 / 3}[self.per_cell]
+        layers = round((body["high"][2] - body["low"][2]) / edge)
+        if layers < 2:
+            return
+        self.friction = self.chance.choice([0, 0, 0.2, 0.6])
+        middle = body["low"][2] + edge * self.chance.randint(1, layers - 1)
+        rest = body["text"][body["text"].index(", material") :]
+        halves = [(body["low"], [*body["high"][:2], middle]), ([*body["low"][:2], middle], body["high"])]
+        texts = [
+            f"shape='box', lower={point(self.at(low))}, upper={point(self.at(high))}{rest}, contact_group='{name}'"
+            for name, (low, high) in zip(("below", "above"), halves)
+        ]
+        body["text"] = texts[0]
+        self.bodies.append(dict(body, text=texts[1]))
 
     def make_material(self, n):
         chance = self.chance
@@ -132,6 +153,8 @@ class StaticScene(Scene):
             lines.append(f"&level lower={point(self.at(low))}, upper={point(self.at(high))}{follow} /")
         lines += [f"&material {one['text']} /" for one in self.materials]
         lines += [f"&body {one['text']} /" for one in self.bodies]
+        if self.friction:
+            lines.append(f"&body_contact friction={self.friction} /")
         lines += [f"&tool {one['text']} /" for one in self.tools] + self.effects()
         lines += [f"&quasi_static {steps} /", f"&output directory='OUT', every={number(end / 3)} /"]
         if chance.random() < 0.3:
