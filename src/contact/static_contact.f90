@@ -322,7 +322,7 @@ contains
                end do
             end do
          end do
-         if (c%partner > 0) call self%pairs%push(c%partner, -force)
+         if (c%partner > 0) call self%pairs%push(c%partner, -force, 1)
       end associate
    end subroutine add_force_at
 
@@ -344,7 +344,7 @@ contains
                   end do
                end do
             end do
-            if (c%partner > 0) call self%pairs%push_squares(c%partner, stiffness)
+            if (c%partner > 0) call self%pairs%push(c%partner, stiffness, 2)
          end associate
       end do
    end subroutine add_diagonal

@@ -28,7 +28,6 @@ module m_static_pairs
       procedure :: look
       procedure :: way
       procedure :: push
-      procedure :: push_squares
       procedure :: give
    end type static_pairs_t
 
@@ -109,11 +108,13 @@ contains
       end associate
    end function way
 
-   !> Add a force (N) on the far side of a point to its nodes.
-   pure subroutine push(self, n, force)
+   !> Add to the nodes of the far side of a point what acts on it: a force (N) by their weights, or, with the
+   !> power 2, a part of the stiffness's diagonal (N/m) by the squares of these.
+   pure subroutine push(self, n, value, power)
       class(static_pairs_t), intent(inout) :: self
       integer, intent(in) :: n
-      real(wp), intent(in) :: force(3)
+      real(wp), intent(in) :: value(3)
+      integer, intent(in) :: power
       integer :: i, j, k, s
       s = self%begins(n)
       associate (it => self%partners(n))
@@ -121,33 +122,13 @@ contains
             do j = 0, it%face%last
                do i = 0, it%face%last
                   self%given(:, self%node(s)) = self%given(:, self%node(s)) &
-                                                + it%face%weight(i, j, k)*it%reflection*force
+                                                + (it%face%weight(i, j, k)*it%reflection)**power*value
                   s = s + 1
                end do
             end do
          end do
       end associate
    end subroutine push
-
-   !> The same of what is no force but goes by the squares of the weights: a part of a diagonal.
-   pure subroutine push_squares(self, n, stiffness)
-      class(static_pairs_t), intent(inout) :: self
-      integer, intent(in) :: n
-      real(wp), intent(in) :: stiffness(3) !< N/m
-      integer :: i, j, k, s
-      s = self%begins(n)
-      associate (it => self%partners(n))
-         do k = 0, it%face%last
-            do j = 0, it%face%last
-               do i = 0, it%face%last
-                  self%given(:, self%node(s)) = self%given(:, self%node(s)) &
-                                                + it%face%weight(i, j, k)**2*stiffness
-                  s = s + 1
-               end do
-            end do
-         end do
-      end associate
-   end subroutine push_squares
 
    !> Collective among near ranks: what was pushed goes to tiles, each node's to one.
    subroutine give(self, tiles)
