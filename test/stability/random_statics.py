@@ -48,7 +48,8 @@ class StaticScene(Scene):
         rest = body["text"][body["text"].index(", material") :]
         halves = [(body["low"], [*body["high"][:2], middle]), ([*body["low"][:2], middle], body["high"])]
         texts = [
-            f"shape='box', lower={point(self.at(low))}, upper={point(self.at(high))}{rest}, contact_group='{name}'"
+            f"shape='box', lower={point(self.at(low))}, upper={point(self.at(high))}{rest}, "
+            f"contact_group='{name}'"
             for name, (low, high) in zip(("below", "above"), halves)
         ]
         body["text"] = texts[0]
