@@ -324,11 +324,9 @@ for word, bad in (
 ):
     check(f"setting: refused, {word}", refused(BadSetting, word, lambda: read(bad)))
 check("setting: what is no TOML is refused", refused(Unreadable, "setting.toml", lambda: read("a = = 1")))
-for path in sorted([*ROOT.glob("input/studies/*.toml"), *ROOT.glob("input/tutorial/studies/*.toml")]):
+for path in sorted([*ROOT.glob("input/studies/**/*.toml"), *ROOT.glob("input/tutorial/studies/*.toml")]):
     read_setting, wanted = study_setting.read(path)
-    scene = next(
-        place for place in (path.with_suffix(".nml"), path.parents[1] / f"{path.stem}.nml") if place.is_file()
-    )
+    scene = next(place for folder in path.parents if (place := folder / f"{path.stem}.nml").is_file())
     for family in read_setting.families:
         for rung in family.rungs():
             scene_of(scene.read_text(), {**read_setting.base, **rung}, read_setting)
