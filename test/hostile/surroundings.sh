@@ -1,4 +1,5 @@
 #!/bin/bash
+#test: long
 #test: limit 120
 # What the machine and its batch system do to a run: the launcher of another MPI, limits of memory, file systems without locks. Each
 # ends in one sentence, or does no harm.

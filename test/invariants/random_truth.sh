@@ -18,4 +18,4 @@ done
 # Boxes under a cone of 45 degrees, whose faces did not move as the material does: works were 14 % apart.
 "$PYTHON" "$truth" "$WORK/cone" "$GIMP3D" 1 --first 497 >cone.log || fail "seed 497: $(cat cone.log)"
 if grep 'says itself' cone.log; then fail 'seed 497: works'; fi
-"$PYTHON" "$truth" "$WORK/scenes" "$GIMP3D" 40 || fail 'see above'
+"$PYTHON" "$truth" "$WORK/scenes" "$GIMP3D" 20 || fail 'see above'

@@ -1,4 +1,5 @@
 #!/bin/sh
+#test: long
 #test: beside
 # &quasi_static mode='newmark': a bar's period, decay and energy against the rule's, ranks, restart, free fall, a bounce, what is refused.
 #test: limit 180

@@ -1,4 +1,5 @@
 #!/bin/sh
+#test: long
 # Ask for an accuracy (make solve): the model of errors and prices, and the command with a stand-in for the program whose errors are known.
 #test: limit 240
 #test: beside
