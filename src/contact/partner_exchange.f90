@@ -3,21 +3,22 @@
 module m_partner_exchange
    use mpi_f08
    use m_kinds, only: wp
+   use m_constants, only: block_size
+   use m_node_values, only: mass_
    use m_communicator, only: communicator_t
    use m_level, only: level_t
-   use m_partner_nodes, only: numbers_each, may_hold, tile_here
    implicit none
    private
-   public :: partner_exchange_t
+   public :: partner_exchange_t, numbers_each
 
    integer, parameter :: counts_tag = 21, asks_tag = 22, finds_tag = 23, values_tag = 24
-   integer, parameter :: each = 3 !< values of a node that go from rank to rank
+   integer, parameter :: numbers_each = 4 !< of a node: its place in the grid and its velocity field
 
    !> What this rank and a near one have to do with each other.
    type :: parcel_t
       integer, allocatable :: mine(:)    !< numbers of nodes that are in a tile there
       integer, allocatable :: tile(:, :) !< (4, nodes of the other rank): place in a tile here, and block
-      real(wp), allocatable :: given(:, :), taken(:, :) !< (each, nodes), of the message under way
+      real(wp), allocatable :: given(:, :), taken(:, :) !< (values, nodes), of a message
    contains
       procedure :: start
    end type parcel_t
@@ -91,29 +92,29 @@ contains
          it%mine = pack(asked, there > 0)
          had(it%mine) = .true.
          it%tile = it%tile(:, pack([(k, k=1, count)], found > 0))
-         allocate (it%given(each, max(size(it%mine), size(it%tile, 2))), &
-                   it%taken(each, max(size(it%mine), size(it%tile, 2))))
       end associate
    end subroutine agree_with
 
-   !> Begin to give and to take values of so many nodes.
-   subroutine start(self, communicator, rank, gives, takes, requests)
+   !> Begin to send what is given, and to take so many nodes' values.
+   subroutine start(self, communicator, rank, takes, requests)
       class(parcel_t), intent(inout), target :: self
       type(communicator_t), intent(in) :: communicator
-      integer, intent(in) :: rank, gives, takes
+      integer, intent(in) :: rank, takes
       type(MPI_Request), intent(out) :: requests(2)
-      call MPI_Irecv(self%taken, each*takes, MPI_DOUBLE_PRECISION, rank, values_tag, communicator%comm, &
-                     requests(1))
-      call MPI_Isend(self%given, each*gives, MPI_DOUBLE_PRECISION, rank, values_tag, communicator%comm, &
-                     requests(2))
+      if (allocated(self%taken)) deallocate (self%taken)
+      allocate (self%taken(size(self%given, 1), takes))
+      call MPI_Irecv(self%taken, size(self%taken), MPI_DOUBLE_PRECISION, rank, values_tag, &
+                     communicator%comm, requests(1))
+      call MPI_Isend(self%given, size(self%given), MPI_DOUBLE_PRECISION, rank, values_tag, &
+                     communicator%comm, requests(2))
    end subroutine start
 
    !> Collective among near ranks: values of the nodes.
    subroutine read_values(self, tiles, place, values)
       class(partner_exchange_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: tiles(:, 0:, 0:, 0:, :)
-      integer, intent(in) :: place(each) !< of the values in a tile's node
-      real(wp), intent(out) :: values(:, :) !< (each, count)
+      integer, intent(in) :: place(:)       !< of the values in a tile's node
+      real(wp), intent(out) :: values(:, :) !< (size of place, count)
       type(MPI_Request) :: requests(2*size(self%ranks))
       integer :: k, n, r
       values = 0.0_wp
@@ -123,33 +124,33 @@ contains
       end do
       do r = 1, size(self%ranks)
          associate (it => self%parcels(r))
+            if (allocated(it%given)) deallocate (it%given)
+            allocate (it%given(size(place), size(it%tile, 2)))
             do k = 1, size(it%tile, 2)
                it%given(:, k) = tiles(place, it%tile(1, k), it%tile(2, k), it%tile(3, k), it%tile(4, k))
             end do
          end associate
-         call self%parcels(r)%start(self%communicator, self%ranks(r), size(self%parcels(r)%tile, 2), &
-                                    size(self%parcels(r)%mine), requests(2*r - 1:2*r))
+         call self%parcels(r)%start(self%communicator, self%ranks(r), size(self%parcels(r)%mine), &
+                                    requests(2*r - 1:2*r))
       end do
       call MPI_Waitall(size(requests), requests, MPI_STATUSES_IGNORE)
       do r = 1, size(self%ranks)
-         values(:, self%parcels(r)%mine) = self%parcels(r)%taken(:, :size(self%parcels(r)%mine))
+         values(:, self%parcels(r)%mine) = self%parcels(r)%taken
       end do
    end subroutine read_values
 
    !> Collective among near ranks: add values of the nodes to one tile that has them.
    subroutine add(self, values, place, tiles)
       class(partner_exchange_t), intent(inout) :: self
-      real(wp), intent(in) :: values(:, :) !< (each, count)
-      integer, intent(in) :: place(each)   !< of the values in a tile's node
+      real(wp), intent(in) :: values(:, :) !< (size of place, count)
+      integer, intent(in) :: place(:)      !< of the values in a tile's node
       real(wp), intent(inout), contiguous :: tiles(:, 0:, 0:, 0:, :)
       type(MPI_Request) :: requests(2*size(self%ranks))
       integer :: n, r
       do r = 1, size(self%ranks)
-         associate (it => self%parcels(r))
-            it%given(:, :size(it%mine)) = values(:, it%mine)
-         end associate
-         call self%parcels(r)%start(self%communicator, self%ranks(r), size(self%parcels(r)%mine), &
-                                    size(self%parcels(r)%tile, 2), requests(2*r - 1:2*r))
+         self%parcels(r)%given = values(:, self%parcels(r)%mine)
+         call self%parcels(r)%start(self%communicator, self%ranks(r), size(self%parcels(r)%tile, 2), &
+                                    requests(2*r - 1:2*r))
       end do
       do n = 1, self%count
          if (self%tile(4, n) > 0) call add_to(self%tile(:, n), values(:, n))
@@ -163,9 +164,58 @@ contains
    contains
       subroutine add_to(at, more)
          integer, intent(in) :: at(4)
-         real(wp), intent(in) :: more(each)
+         real(wp), intent(in) :: more(:)
          tiles(place, at(1), at(2), at(3), at(4)) = tiles(place, at(1), at(2), at(3), at(4)) + more
       end subroutine add_to
    end subroutine add
+
+   !> True when a rank has a block of which a tile may hold a node.
+   pure logical function may_hold(level, rank, node)
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: rank, node(numbers_each)
+      integer :: low(3), high(3), x, y, z
+      call blocks_around(node(:3), low, high)
+      may_hold = .false.
+      do z = low(3), high(3)
+         do y = low(2), high(2)
+            do x = low(1), high(1)
+               may_hold = may_hold .or. level%owner_at([x, y, z], node(4)) == rank
+            end do
+         end do
+      end do
+   end function may_hold
+
+   !> Places of the blocks whose tiles hold a node.
+   pure subroutine blocks_around(node, low, high)
+      integer, intent(in) :: node(3)
+      integer, intent(out) :: low(3), high(3)
+      integer :: home(3)
+      home = (node - modulo(node, block_size))/block_size
+      low = home - merge(1, 0, modulo(node, block_size) == 0)
+      high = home + merge(1, 0, modulo(node, block_size) == block_size - 1)
+   end subroutine blocks_around
+
+   !> Where a node with mass is in a tile here: its place there and the block, 0: nowhere. Of a block with
+   !> particles: nobody solves the nodes of one without.
+   pure function tile_here(level, node) result(tile)
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: node(numbers_each)
+      integer :: tile(4)
+      integer :: low(3), high(3), x, y, z, slot, at(3)
+      call blocks_around(node(:3), low, high)
+      do z = low(3), high(3)
+         do y = low(2), high(2)
+            do x = low(1), high(1)
+               slot = level%slot_at([x, y, z], node(4))
+               if (slot == 0 .or. slot > size(level%blocks)) cycle
+               if (level%blocks(slot)%particles%count == 0) cycle
+               at = node(:3) - block_size*[x, y, z] + 1
+               tile = [at, slot]
+               if (level%nodes(mass_, at(1), at(2), at(3), slot) > 0.0_wp) return
+            end do
+         end do
+      end do
+      tile = 0
+   end function tile_here
 
 end module m_partner_exchange

@@ -32,7 +32,6 @@ module m_static_pairs
    end type static_pairs_t
 
    integer, parameter :: as_motion(3) = [v_x, v_x + 1, v_z], as_force(3) = [f_x, f_x + 1, f_z]
-   integer, parameter :: as_mass(3) = mass_
 
 contains
 
@@ -65,8 +64,8 @@ contains
       end associate
       if (allocated(self%motion)) deallocate (self%motion, self%given)
       allocate (self%motion(3, self%nodes%count), self%given(3, self%nodes%count), source=0.0_wp)
-      allocate (mass, mold=self%motion)
-      call self%exchange%read(level%nodes, as_mass, mass)
+      allocate (mass(1, self%nodes%count))
+      call self%exchange%read(level%nodes, [mass_], mass)
       do n = 1, self%count
          s = self%begins(n)
          do k = 0, last(n)

@@ -12,18 +12,18 @@ from static_scenes import ROOT, History, check, finish, last_particles, newton_b
 sys.path.append(str(ROOT / "test/bodies"))
 
 
-def stack(name, more="", steps=0.125):
-    """Two blocks of different particles under a plate, the interface aside of node planes."""
+def stack(name, more=""):
+    """Two blocks under a plate, with the interface between two planes of nodes."""
     return (
         f"&scene title='{name}', end_time=1 /\n"
         "&grid lower=0,0,0, upper=8,8,10, cell_size=1, "
         "boundary='symmetry','free','symmetry','free','roller','free' /\n"
-        f"&material name='m', model='elastic', density=1, young=1e3, poisson=0.3 /\n"
+        "&time domain='stretch' /\n"
+        "&material name='m', model='elastic', density=1, young=1e3, poisson=0.3 /\n"
         "&body material='m', shape='box', lower=0,0,0, upper=6,6,4.5, contact_group='low' /\n"
-        f"&body material='m', shape='box', lower=0,0,4.5, upper=6,6,8.5, "
-        "contact_group='high' /\n"
-        f"&tool name='plate', shape='flat', radius=15, tip=0,0,8.5, times=0, speeds=0.4 /\n"
-        f"&quasi_static step={steps}, max_step={steps}, iterations=.true. /\n"
+        "&body material='m', shape='box', lower=0,0,4.5, upper=6,6,8.5, contact_group='high' /\n"
+        "&tool name='plate', shape='flat', radius=15, tip=0,0,8.5, times=0, speeds=0.4 /\n"
+        "&quasi_static step=0.125, max_step=0.125, iterations=.true. /\n"
         f"&output directory='{name}', history_every=1e-9 /\n" + more
     )
 
@@ -33,24 +33,21 @@ def pair(name, one="low", other="high"):
 
 
 def pressed_blocks(numbers=(1, 2)):
-    """Stress is the same everywhere, what one block feels the other does, and so does the plate, on 1 and
-    2 ranks."""
+    """Stress is the same everywhere; what one block feels the other does, and so does the plate; on any
+    number of ranks."""
     loads = {}
     for ranks in numbers:
         name = f"stack_{ranks}"
-        log = run(stack(name), ranks)
+        newton = newton_by_step(run(stack(name), ranks))
+        require(f"{name}: Newton iterations a step: {newton}", max(newton) <= 4)
         loads[ranks] = pair(name)["force_z"][1:]
         plate = History(Path(f"{name}/tool_plate.dat"))["load_z"][1:]
         check(f"{name}: force on the lower block against the plate's load", loads[ranks] / -plate - 1, 1e-5)
         if ranks > 1:
             check(f"{name}: against 1 rank", loads[ranks] / loads[1] - 1, 1e-5)
-    newton = newton_by_step(log)
-    require(f"stack: Newton iterations a step: {newton}", max(newton) <= 4)
-    stress = last_particles("stack_1")["stress"] / 1e3
-    exact = -0.4 / 8.5
-    print(f"   stack: szz over E: {stress[:, 2].min():.4f} to {stress[:, 2].max():.4f}, strain {exact:.4f}")
-    check("stack: szz off its mean, of that", stress[:, 2] / stress[:, 2].mean() - 1, 0.05)
-    check("stack: other components, of szz", stress[:, [0, 1, 3, 4, 5]] / stress[:, 2].mean(), 0.03)
+    stress = last_particles("stack_1")["stress"]
+    check("stack: szz off its mean, of that", stress[:, 2] / stress[:, 2].mean() - 1, 0.01)
+    check("stack: other components, of szz", stress[:, [0, 1, 3, 4, 5]] / stress[:, 2].mean(), 0.02)
 
 
 def sliding():
@@ -110,13 +107,10 @@ def hertz():
     """A cylinder on a plate under its own weight, as the explicit scheme brings it to rest."""
     from hertz import cylinder
 
-    for offset in (0.6,):
-        share, width, off = cylinder(
-            f"hertz_{offset}", half=1.5, radius=12.0, steps=4, static=True, offset=offset
-        )
-        check("hertz: load over the weight, off 1", share - 1, 1e-5)
-        check("hertz: half-width over Hertz's, off 1", width - 1, 0.2)  # three particles
-        check("hertz: stress of layers 2 to 4 off Hertz's, in p0", np.array(off[1:]), 0.05)
+    share, width, off = cylinder("hertz", half=1.5, radius=12.0, steps=4, static=True)
+    check("hertz: load over the weight, off 1", share - 1, 1e-5)
+    check("hertz: half-width over Hertz's, off 1", width - 1, 0.2)  # three particles
+    check("hertz: stress of layers 2 to 4 off Hertz's, in p0", np.array(off[1:]), 0.05)
 
 
 def changes():
