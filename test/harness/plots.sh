@@ -1,4 +1,5 @@
 #!/bin/bash
+#test: long
 #test: beside
 #test: limit 120
 # The pictures of fabricated runs whose load is the theory's: the curves must lie on it, for the whole, half and quarter body.

@@ -1,4 +1,5 @@
 #!/bin/bash
+#test: long
 #test: beside
 #test: limit 240
 # A scene with nested levels, particles splitting into eight at their edges, gives the same bits of every output on 1, 2 and 4 ranks:

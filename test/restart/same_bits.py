@@ -1,12 +1,16 @@
-"""Straight runs against runs that are stopped and go on."""
+"""Straight runs against runs that are stopped and go on.   usage: same_bits.py [long]"""
 
 import re
 import shutil
+import sys
 import h5py
 from restarts import *
 
 ENDS = {"levels": 0.025, "splitting": 0.09, "plastic": 0.03, "moving": 0.085, "resting": 0.15}
 TEXTS = {"levels": LEVELS, "splitting": SPLITTING, "plastic": PLASTIC, "moving": MOVING, "resting": RESTING}
+LONG = sys.argv[1:] == ["long"]
+if not LONG:
+    del TEXTS["resting"], TEXTS["plastic"]
 
 
 def chain(name, text, directory, ranks, straight):
@@ -85,29 +89,30 @@ for ranks in (1, 2):
         [ranks, ranks],
         straight,
     )
-run(1, scene(FOLLOWING_PARTS, "following_straight", end=0.02, every=0.01))
-chain(
-    "following a tool",
-    scene(FOLLOWING_PARTS, "following", "every_steps=9", end=0.02, every=0.01),
-    "following",
-    [1, 1, 1],
-    "following_straight",
-)
-with h5py.File(checkpoints("following")[-1]) as file:
-    require("following: the level has moved", file["state/counts"][1] > 0)
+if LONG:
+    run(1, scene(FOLLOWING_PARTS, "following_straight", end=0.02, every=0.01))
+    chain(
+        "following a tool",
+        scene(FOLLOWING_PARTS, "following", "every_steps=9", end=0.02, every=0.01),
+        "following",
+        [1, 1, 1],
+        "following_straight",
+    )
+    with h5py.File(checkpoints("following")[-1]) as file:
+        require("following: the level has moved", file["state/counts"][1] > 0)
 
-# levels that the estimated error and a tool that moves place: a run that goes on looks at the same times
-PLACED = re.sub(r"&level lower.*", "&level criterion='error', max_cells=8000 /", FOLLOWING)
-run(1, scene(PLACED, "placed_straight", end=0.02, every=0.01))
-chain(
-    "placed by the error",
-    scene(PLACED, "placed", "every_steps=7", end=0.02, every=0.01),
-    "placed",
-    [1, 1, 1],
-    "placed_straight",
-)
-with h5py.File(checkpoints("placed")[-1]) as file:
-    require("placed: the level has moved", file["state/counts"][1] > 0)
+    # levels that the estimated error and a tool that moves place: a run that goes on looks at the same times
+    PLACED = re.sub(r"&level lower.*", "&level criterion='error', max_cells=8000 /", FOLLOWING)
+    run(1, scene(PLACED, "placed_straight", end=0.02, every=0.01))
+    chain(
+        "placed by the error",
+        scene(PLACED, "placed", "every_steps=7", end=0.02, every=0.01),
+        "placed",
+        [1, 1, 1],
+        "placed_straight",
+    )
+    with h5py.File(checkpoints("placed")[-1]) as file:
+        require("placed: the level has moved", file["state/counts"][1] > 0)
 
 # candidates on four ranks, flow below them: from 1 to 2 to 4 to 1
 run(1, scene(SPREAD, "spread_straight", end=0.04, every=0.01))
@@ -139,8 +144,8 @@ whole = everything(sorted(Path("spread").glob("particles_*.h5"))[-1])
 require("spread: there was plastic flow", whole["VTKHDF/PointData/plastic_strain"].max() > 1e-3)
 
 # what compares bits must see one
-shutil.copytree("plastic_straight", "planted")
+shutil.copytree("levels_straight", "planted")
 with h5py.File(sorted(Path("planted").glob("particles_*.h5"))[-1], "r+") as file:
     file["VTKHDF/Points"][5, 1] = np.nextafter(file["VTKHDF/Points"][5, 1], 9)
-require("planted: one changed bit is noticed", len(differences("plastic_straight", "planted")) == 1)
+require("planted: one changed bit is noticed", len(differences("levels_straight", "planted")) == 1)
 finish()

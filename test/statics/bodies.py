@@ -145,10 +145,13 @@ def levels_and_restart():
 
 
 def long():
-    """On 4 ranks. Finer, at several heights of the interface in its cell; with all shapes of domains."""
+    """On 4 ranks; a cylinder; from and to explicit steps. The cylinder finer, at several heights of the
+    interface in its cell and with all shapes of domains."""
     from hertz import judged
 
     pressed_blocks((1, 4))
+    hertz()
+    changes()
     for domain, offset in (
         ("fixed", 0.0),
         ("fixed", 0.2),
@@ -164,7 +167,5 @@ if sys.argv[1:] == ["long"]:
 else:
     pressed_blocks()
     sliding()
-    hertz()
-    changes()
     levels_and_restart()
 finish()

@@ -1,4 +1,5 @@
 #!/bin/sh
+#test: long
 #test: beside
 # &quasi_static on nested levels: one stress under a pressure, weight, a ball on 1, 2 and 4 ranks.
 #test: limit 240

@@ -1,4 +1,5 @@
 #!/bin/sh
+#test: long
 #test: beside
 # Waves that are trapped on a level do not grow: energy falls from each quarter of the run to the next. With gradients that stand at
 # other times than momenta (theory.md, eq. lag) it rose from 2.9e-7 to 3.9e-7 J between the first quarter and the last.
