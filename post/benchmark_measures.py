@@ -80,7 +80,7 @@ def kinetic(directory):
 def analysed(directory):
     """What `make hardness` says of a run."""
     options = argparse.Namespace(
-        tool=None, window=(20.0, 98.0), epsilon=None, beta=None, area_coefficients=None, area="column"
+        tool=None, window=(20.0, 98.0), epsilon=None, beta=None, area_coefficients=None, area="auto"
     )
     try:
         run = Run(Path(directory))
@@ -111,16 +111,19 @@ def sharp(directory, grid, yield_stress):
         "kinetic": answer["kinetic_share"],
         "base's share": slope / stiffness - 1,
     }
-    if answer.get("area_true"):
-        found["H/Y, recovered area"] = answer["hardness_true"] / yield_stress
-    if answer.get("area_profile"):
-        found["H/Y, area of the profile"] = answer["max_load"] / answer["area_profile"] / yield_stress
+    for name, area in (
+        ("true area", "area_true"),
+        ("recovered area", "area_history"),
+        ("area of the profile", "area_profile"),
+    ):
+        if answer.get(area):
+            found[f"H/Y, {name}"] = answer["max_load"] / answer[area] / yield_stress
     return found
 
 
 def error_of_oliver_pharr(directory):
     """How much too high hardness and modulus come out by the area of Oliver and Pharr, beside those by the
-    recovered area."""
+    true area."""
     answer = analysed(str(directory))
     true, taken = answer.get("area_true"), answer.get("area_oliver_pharr")
     if not true or not taken:

@@ -143,6 +143,26 @@ class Motion:
         return (1 + self.hold) * self.time / 2
 
 
+@dataclass
+class Steps:
+    """Speeds of a tool that goes in by `count` quasi-static steps of equal length, in one second, stands and
+    comes back by as many."""
+
+    depth: float
+    count: int
+    back: float
+
+    def values(self):
+        """Times, speeds, end."""
+        return (0, 1, 1.001, 1.002), (self.depth, self.depth, 0, -self.back), 2.002
+
+    def every(self):
+        return 1.001
+
+    def group(self):
+        return f"&quasi_static step={1 / self.count:.10g}, max_step={1 / self.count:.10g} /"
+
+
 def scene(
     title, comment, grid, materials, bodies, tool, motion, directory, effects=(), formats=None, pushed=None
 ):

@@ -8,20 +8,19 @@ modulus from it and from the true area, work ratio, pile-up. A table on the term
 directory (with _NAME before the dot for one of several tools)
 
 hardness.json               all numbers, SI units, each with its uncertainty
-hardness.csv                time [s], depth [nm], load [mN] of the full body: what tools of nanoindentation
-read
+hardness.csv                time [s], depth [nm], load [mN] of the full body: what analysis tools read
 hardness_profile.csv        the surface in rings about the axis, at the largest depth and unloaded
 hardness_load_depth.png, hardness_profile.png, hardness_pressure.png
 hardness_depth.csv, .png    hardness and modulus over depth, with several unloadings
 
-   --tool NAME               of several tools --window 20,98            shares of the load that the unloading
-   is fitted over, in per cent --epsilon NUMBER          of the contact depth; else that of the fitted
-   exponent --beta NUMBER             of the modulus; else by the tool's shape: a cone has Hay's factor, a
-   Berkovich 1.034,
-                             a Vickers 1.012, others 1 --area-coefficients LIST  C0,C1,... of an area function
-   in nm, in place of the tool's ideal one --area column|profile     the true area: contact_area of the
-   history (the default), or where the profile leaves
-                             a round tool
+   --tool NAME               of several tools
+   --window 20,98            shares of the load that the unloading is fitted over, in per cent
+   --epsilon NUMBER          of the contact depth; else that of the fitted exponent
+   --beta NUMBER             of the modulus; else by the tool's shape: a cone has Hay's factor, a Berkovich
+                             1.034, a Vickers 1.012, others 1
+   --area-coefficients LIST  C0,C1,... of an area function in nm, in place of the tool's ideal one
+   --area auto|column|profile   the true area: contact_area of the history, or where the profile leaves a
+                             round tool; auto takes the larger one of a surface that is piled up
    --no-plots                only the table, .json and .csv
 
 Exit status 2 where there is nothing to analyse; the sentence says what is missing.
@@ -78,6 +77,7 @@ table = [
     ("contact depth h_c", "contact_depth", "m"),
     ("area, Oliver-Pharr", "area_oliver_pharr", "m2"),
     ("area, true", "area_true", "m2"),
+    ("area, of the history", "area_history", "m2"),
     ("area, from the profile", "area_profile", "m2"),
     ("hardness, Oliver-Pharr", "hardness_oliver_pharr", "Pa"),
     ("hardness, true", "hardness_true", "Pa"),
@@ -299,13 +299,11 @@ def analyse(run, record, options):
         answer["missing"].append(f"The loading curvature is missing: {error}.")
     kinetic_share(run, record, row, main, answer)
     pictures = surfaces(run, record, row, main, true, answer)
-    if options.area == "profile":
-        if answer.get("area_profile") is None:
-            raise Missing(
-                "the profile gives no area (--area profile): it needs a snapshot at the largest depth and a "
-                "sphere or cone that stands on a flat surface"
-            )
-        true = answer["area_profile"], answer["area_profile_uncertainty"]
+    if true[0] > 0:
+        put(answer, {"area_history": true[0]}, {"area_history": true[1]})
+    source, taken = true_area(options, true, answer)
+    if taken is not true:
+        true = taken
         if main:
             again = oliver_pharr.analyse_unloading(
                 record.depth,
@@ -321,7 +319,7 @@ def analyse(run, record, options):
             for key in ("modulus_true", "young_true"):
                 if key in again.values:
                     put(answer, {key: again.values[key]}, {key: again.sigma[key]})
-    answer["area_true_source"] = options.area
+    answer["area_true_source"] = source
     if true[0] > 0:
         put(
             answer,
@@ -331,21 +329,37 @@ def analyse(run, record, options):
                 "hardness_true": load / true[0] * math.hypot(load_sigma / load, true[1] / true[0]),
             },
         )
-        profile, sigma = answer.get("area_profile"), answer.get("area_profile_uncertainty")
-        if (
-            profile
-            and options.area == "column"
-            and abs(profile - true[0]) > 2 * math.hypot(sigma, true[1])
-            and abs(profile / true[0] - 1) > 0.05
-        ):
-            answer["notes"].append(
-                f"contact_area of the history is {100 * (true[0] / profile - 1):+.0f} % off the area within "
-                "which the surface touches the tool (area_profile); `--area profile` takes that one."
-            )
     else:
         answer["missing"].append("The true area is missing: contact_area is 0 at the largest depth.")
     answer["unloadings"] = [depth_row(u, r, t) for u, r, t in results]
     return answer, results, main, pictures
+
+
+def true_area(options, column, answer):
+    """The true area and its uncertainty (m2), and where it is from: 'column', contact_area of the history, or
+    'profile', where the surface leaves the tool. Beside a lip the contact's edge lies within a cell of the
+    grid, whose surface cannot bend as much, so that contact_area comes out small there: of a surface that is
+    piled up it is the profile's where that is larger by more than its uncertainty, which is then at least half
+    of the difference."""
+    profile, sigma = answer.get("area_profile"), answer.get("area_profile_uncertainty")
+    if options.area == "profile":
+        if profile is None:
+            raise Missing(
+                "the profile gives no area (--area profile): it needs a snapshot at the largest depth and a "
+                "sphere or cone that stands on a flat surface"
+            )
+        return "profile", (profile, sigma)
+    if not profile or not column[0] > 0:
+        return "column", column
+    apart = f"contact_area of the history is {100 * (column[0] / profile - 1):+.0f} % off the area within "
+    apart += "which the surface touches the tool (area_profile)"
+    piled_up = (answer.get("pile_up") or 0.0) > (answer.get("pile_up_uncertainty") or 0.0)
+    if options.area == "auto" and piled_up and profile - sigma > column[0]:
+        answer["notes"].append(f"{apart}; the surface is piled up, so the latter is taken as true.")
+        return "profile", (profile, max(sigma, 0.5 * (profile - column[0])))
+    if abs(profile - column[0]) > 2 * math.hypot(sigma, column[1]) and abs(profile / column[0] - 1) > 0.05:
+        answer["notes"].append(f"{apart}; `--area profile` takes that one.")
+    return "column", column
 
 
 def put(answer, values, sigma):
@@ -669,7 +683,7 @@ def main():
     parser.add_argument("--epsilon", type=positive)
     parser.add_argument("--beta", type=positive)
     parser.add_argument("--area-coefficients", type=numbers)
-    parser.add_argument("--area", choices=("column", "profile"), default="column")
+    parser.add_argument("--area", choices=("auto", "column", "profile"), default="auto")
     parser.add_argument("--no-plots", action="store_true")
     options = parser.parse_args()
     try:

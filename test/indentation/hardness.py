@@ -60,17 +60,18 @@ def near(a, b, tolerance):
     return a is not None and abs(a - b) <= tolerance * max(abs(a), abs(b))
 
 
-def heights(r, depth, unloaded):
-    """Height of the surface above the undeformed one: the tool's within the contact, a wedge that falls off
-    outside; unloaded shallower by a tenth of the depth, but 0 far away."""
-    a = 1.1 * depth * math.tan(angle)
+def heights(r, depth, unloaded, rise=0.1):
+    """Height of the surface above the undeformed one: the tool's within the contact, whose edge stands `rise`
+    of the depth above it, a wedge that falls off outside; unloaded shallower by a tenth of the depth, but 0
+    far away."""
+    a = (1 + rise) * depth * math.tan(angle)
     if a == 0:
         return 0 * r
-    outside = 0.1 * depth * np.exp(-(r - a) / (0.4 * a))
-    return np.where(r < a, (r - a) / math.tan(angle) * (0.9 if unloaded else 1.0) + 0.1 * depth, outside)
+    outside = rise * depth * np.exp(-(r - a) / (0.4 * a))
+    return np.where(r < a, (r - a) / math.tan(angle) * (0.9 if unloaded else 1.0) + rise * depth, outside)
 
 
-def particle_file(path, time, depth, unloaded, share, fine):
+def particle_file(path, time, depth, unloaded, share, fine, rise):
     """Three layers of particles at the surface, cells of 120 nm with two a side; `fine`: half that within 0.8
     um, with domains."""
     low = {1.0: (-1, -1), 0.5: (0, -1), 0.25: (0, 0)}[share]
@@ -82,7 +83,7 @@ def particle_file(path, time, depth, unloaded, share, fine):
         within = np.maximum(abs(x), abs(y)) < 0.84e-6
         keep = within if inner else ~within if inner is False else np.full(x.size, True)
         x, y = x[keep], y[keep]
-        surface = heights(np.hypot(x, y), depth, unloaded)
+        surface = heights(np.hypot(x, y), depth, unloaded, rise)
         for layer in range(3):
             points.append(np.stack([x, y, top + surface - (2 * layer + 1) * half], axis=1))
             halves.append(np.full(x.size, half))
@@ -147,6 +148,8 @@ def fabricate(
     snapshot_at=None,
     kinetic=0.002,
     model_share=True,
+    area_share=1.0,
+    rise=0.1,
 ):
     """A run's directory: what a program with the exact answers would have written."""
     directory = WORK / name
@@ -176,7 +179,9 @@ def fabricate(
         '"contact_area [m2]" "max_gap_violation [m]"'
     )
     for tool in tools:
-        rows = np.c_[time, depth + gap, 0 * time, 0 * time, share * force, share * area, 0 * time]
+        rows = np.c_[
+            time, depth + gap, 0 * time, 0 * time, share * force, share * area_share * area, 0 * time
+        ]
         (directory / f"tool_{tool}.dat").write_text(
             f'TITLE = "fabricated"\nVARIABLES = {names}\nZONE T="history", STRANDID=1, SOLUTIONTIME=0\n{note}'
             + "".join(" ".join(f"{value:.16e}" for value in row) + "\n" for row in rows)
@@ -198,6 +203,7 @@ def fabricate(
                     unloaded,
                     share,
                     fine,
+                    rise,
                 )
     return directory
 
@@ -290,6 +296,22 @@ check(
     answer["area_true"] == answer["area_profile"]
     and near(answer["hardness_true"], load / answer["area_profile"], 1e-6),
 )
+fabricate("lip", area_share=0.9)
+_, text, answer = run("lip")
+check(
+    "beside a lip the profile's area is the true one, with half of the difference",
+    answer["area_true_source"] == "profile"
+    and answer["area_true"] == answer["area_profile"]
+    and near(answer["area_history"], 0.9 * true, 1e-3)
+    and near(answer["area_true_uncertainty"], 0.5 * (answer["area_profile"] - 0.9 * true), 0.02)
+    and near(answer["modulus_true"], op.reduced_modulus(stiffness, answer["area_true"], beta), 1e-3)
+    and "the surface is piled up" in text,
+)
+check("unless it is asked otherwise", near(run("lip", "--area", "column")[2]["area_true"], 0.9 * true, 1e-3))
+fabricate("sunk", area_share=0.9, rise=-0.1)
+check("where it sinks in that of the history", run("sunk")[2]["area_true_source"] == "column")
+fabricate("short", area_share=1.1)
+check("and where the profile's is smaller", run("short")[2]["area_true_source"] == "column")
 for wrong in (("--window", "98,20"), ("--beta", "0"), ("--epsilon", "x"), ("--area", "other")):
     check(f"{' '.join(wrong)} is refused", run("quarter", *wrong)[0] == 2)
 for shape, name in (

@@ -198,6 +198,16 @@ def read_costs(log):
         costs['contact share'], costs['late contact share'] = float(share[1]), float(share[2])
     if sent:
         costs['messages'], costs['sent'] = float(sent[1]), float(sent[2])
+    reached = re.search(r'^(\d+) steps to (\S+) (\S*)s in', log, re.M)
+    costs['end_time'] = float(reached[2]) * {'': 1, 'm': 1e-3, 'u': 1e-6, 'n': 1e-9, 'p': 1e-12}[reached[3]]
+    static = re.search(
+        r'^quasi-static: \d+ steps, (\S+) Newton iterations, (\S+) linear solves and (\S+) products',
+        log,
+        re.M,
+    )
+    if static:
+        for name, value in zip(('newton', 'static solves', 'static products'), static.groups()):
+            costs[name] = float(value)
     if solves:
         costs['solves'], costs['products'] = int(solves[1]), float(solves[3])
     return costs
@@ -859,6 +869,58 @@ def table_crystals(bench):
         )
 
 
+def static_scene(cells, preconditioner, out):
+    """A ball pressed into a cube of 8 um of `cells` cells an edge, to a depth of a cell at 1 m/s: in two
+    quasi-static steps or, without a preconditioner, in 40 explicit ones."""
+    h = 8e-6 / cells
+    wide = (cells + max(3, cells // 4) + 7) // 8 * 8 * h
+    end, how = 40 * 0.3 * h / 6000, ''
+    if preconditioner:
+        end = h
+        how = f"&quasi_static step={h / 2!r}, max_step={h / 2!r}, preconditioner='{preconditioner}' /\n"
+    return f"""&scene title='bench', end_time={end!r} /
+&grid lower=0,0,0, upper={wide!r},{wide!r},{wide!r}, cell_size={h!r},
+      boundary='symmetry','free','symmetry','free','roller','free' /
+&time domain='stretch' /
+&material name='metal', model='neo_hookean', density=2700, young=70e9, poisson=0.33 /
+&body material='metal', shape='box', lower=0,0,0, upper=8e-6,8e-6,8e-6 /
+&tool name='ball', shape='sphere', radius=5e-6, tip=0,0,8e-6, times=0, speeds=1 /
+{how}&output directory='{out}', formats='none', history_every=1 /
+"""
+
+
+def table_statics(bench):
+    """Quasi-static steps of half a cell over the number of particles, and over explicit steps for the same
+    way of the tool at 10 and 1 m/s."""
+    head(
+        [
+            'particles', 'preconditioner', 'Newton', 'solves', 'products', 'step [s]', 'ns a product and particle',
+            'over explicit, 10 m/s', '1 m/s',
+        ]
+    )  # fmt: skip
+    for cells in (20, 32, 44, 58):
+        explicit = bench.run(1, static_scene(cells, None, bench.out()))
+        steps_a_metre = explicit['steps'] / explicit['end_time']  # at 1 m/s
+        way = 0.5 * 8e-6 / cells
+        a_step = stepping(explicit) * 1e-9 * explicit['particles']
+        for preconditioner in ('jacobi', 'gamg'):
+            c = bench.run(1, static_scene(cells, preconditioner, bench.out()))
+            seconds = stepping(c) * 1e-9 * c['particles']
+            row(
+                [
+                    c['particles'],
+                    preconditioner,
+                    f'{c["newton"]:.1f}',
+                    f'{c["static solves"]:.1f}',
+                    f'{c["static products"]:.0f}',
+                    f'{seconds:.1f}',
+                    f'{seconds * 1e9 / c["static products"] / c["particles"]:.0f}',
+                    f'{seconds / (a_step * steps_a_metre * way / 10):.2f}',
+                    f'{seconds / (a_step * steps_a_metre * way):.3f}',
+                ]
+            )
+
+
 def main():
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -890,6 +952,7 @@ def main():
         'laws': table_laws,
         'taichi': table_taichi,
         'crystals': table_crystals,
+        'statics': table_statics,
         'checkpoint': table_checkpoint,
         'halo': table_halo,
     }
