@@ -145,8 +145,8 @@ class Motion:
 
 @dataclass
 class Steps:
-    """Speeds of a tool that goes in by `count` quasi-static steps of equal length, in one second, stands and
-    comes back by as many."""
+    """Speeds of a tool that goes in by `count` quasi-static steps of equal length in one second, stops in a
+    tenth of that, turns, and comes back in one second."""
 
     depth: float
     count: int
@@ -154,10 +154,11 @@ class Steps:
 
     def values(self):
         """Times, speeds, end."""
-        return (0, 1, 1.001, 1.002), (self.depth, self.depth, 0, -self.back), 2.002
+        speed, back = self.depth / 1.05, self.back / 1.05
+        return (0, 1, 1.1, 1.2), (speed, speed, 0, -back), 2.2
 
     def every(self):
-        return 1.001
+        return 1.1
 
     def group(self):
         return f"&quasi_static step={1 / self.count:.10g}, max_step={1 / self.count:.10g} /"

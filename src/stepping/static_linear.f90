@@ -62,9 +62,9 @@ contains
          ahead = 0.0_wp ! way of the points over their tools by the change
          call start_bounds(system, bound)
          aim = max(rough*what_is_left(system, force, left, bound), tiny(aim))
-         symmetric = .true.
          do guess = 1, most_guesses
             done = .false.
+            symmetric = .true. ! until that fails, as where no point of a guess holds a body
             call self%set_points(system, ahead, bound, force - moved, right)
             call self%solve_linear(system, right, direction, aim, symmetric)
             call move_points(system, direction, along)

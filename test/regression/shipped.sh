@@ -1,9 +1,10 @@
-#!/bin/sh
+#!/bin/bash
 #test: beside
-# Every scene of input/ is accepted, steps and ends well: the first thousandth of its time on 2 ranks (a tenth of that where steps are
-# quasi-static, whose size follows the time that is left).
+# Every scene of input/ is accepted, steps and ends well: the first thousandth of its time (a tenth of that where steps are quasi-static,
+# whose size follows the time that is left).   shipped.sh [RANKS]
 #test: limit 180
 . "$(dirname "$0")/../harness/env.sh"
+ranks=${1:-1}
 ln -s "$ROOT/input" input # files that scenes name
 for scene in "$ROOT"/input/*.nml "$ROOT"/input/tutorial/*.nml; do
    name=$(echo "${scene#"$ROOT"/input/}" | tr / _)
@@ -16,7 +17,7 @@ for scene in "$ROOT"/input/*.nml "$ROOT"/input/tutorial/*.nml; do
          $0 = substr($0, 1, RSTART + 8) sprintf("%.9g", value/share) substr($0, RSTART + RLENGTH)
       }
       { print }' "$scene" >"$name.nml"
-   run_scene 2 "$name.nml" "$name.log" || fail "$name ended with status $?: $(tail -n 3 "$name.log")"
+   run_scene "$ranks" "$name.nml" "$name.log" || fail "$name ended with status $?: $(tail -n 3 "$name.log")"
    grep -q '^finished' "$name.log" || fail "$name has no closing summary"
    echo "ok      $name: $(grep 'steps to' "$name.log")"
 done

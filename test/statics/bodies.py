@@ -113,6 +113,17 @@ def hertz():
     check("hertz: stress of layers 2 to 4 off Hertz's, in p0", np.array(off[1:]), 0.05)
 
 
+def small_load():
+    """A load that begins small: guesses in which nothing presses stand between those that do."""
+    text = (ROOT / "input/static_roller.nml").read_text()
+    run(text.replace("end_time=1 ", "end_time=1e-5 ").replace("out/static_roller", "small"), 1)
+    check(
+        "small load: force on the plate, off 1",
+        pair("small", "plate", "roller")["force_z"][-1] / -1.214e-3 - 1,
+        1e-5,
+    )
+
+
 def changes():
     """Loaded by explicit steps, held by quasi-static ones, and let go by explicit ones: the force goes on."""
     name = "changes"
@@ -167,5 +178,6 @@ if sys.argv[1:] == ["long"]:
 else:
     pressed_blocks()
     sliding()
+    small_load()
     levels_and_restart()
 finish()

@@ -185,7 +185,7 @@ def changes():
         ("let_go_late", "step=2500, max_step=2500, to=59999.9"),
         ("let_go_inertia", "mode='newmark', theta=1, step=2500, to=59999.9"),
     ):
-        log = run((slowly if "to=59999.9" in steps else text).format(name=name, steps=steps), 2)
+        log = run((slowly if "to=59999.9" in steps else text).format(name=name, steps=steps), 1)
         load[name] = tool(name, "ball")["load_z"]
         require(f"{name}: the change is told", name == "held" or "steps      from time" in log)
     check(
