@@ -922,7 +922,8 @@ def cases():
             "Oliver and Pharr's own error",
             "The table of B1 with the ideal area function: what the analysis makes of exact curves. "
             "Bolshakov, Pharr, J. Mater. Res. 13 (1998) 1049",
-            "The runs of B1. Hardness and modulus by the area of Oliver and Pharr, over those by the true area",
+            "The runs of B1. Hardness and modulus by the area of Oliver and Pharr, over those by the true "
+            "area",
             "This is no error of the program but that of the analysis: the surface piles up, and the ideal "
             "area function does not know. It comes "
             "out too small where our pile-up, and with it the area, is smaller than the table's (B1).",

@@ -146,7 +146,7 @@ class Motion:
 @dataclass
 class Steps:
     """Speeds of a tool that goes in by `count` quasi-static steps of equal length in one second, stops in a
-    tenth of that, turns, and comes back in one second."""
+    tenth of that, turns, and comes back in two seconds: the fit of the unloading wants ten rows."""
 
     depth: float
     count: int
@@ -154,14 +154,15 @@ class Steps:
 
     def values(self):
         """Times, speeds, end."""
-        speed, back = self.depth / 1.05, self.back / 1.05
-        return (0, 1, 1.1, 1.2), (speed, speed, 0, -back), 2.2
+        speed, back = self.depth / 1.05, self.back / 2.05
+        return (0, 1, 1.1, 1.2), (speed, speed, 0, -back), 3.2
 
     def every(self):
         return 1.1
 
     def group(self):
-        return f"&quasi_static step={1 / self.count:.10g}, max_step={1 / self.count:.10g} /"
+        step = f"{1 / self.count:.10g}"
+        return f"&time domain='corners' /\n&quasi_static step={step}, max_step={step} /"
 
 
 def scene(
