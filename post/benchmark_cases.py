@@ -841,9 +841,9 @@ def cases():
             lulu + ". As B1",
             "Three rows of B1 in `&quasi_static` steps of a quarter of a cell; in, at rest, drawn back",
             "Loads without inertia or speed: explicit loads on the same grid are higher by what their speed "
-            "brings. C, S and the area are low together, for less piles up. About 2 % of it are the length of "
-            "the steps, which is of first order where metal flows ([accuracy_cost](accuracy_cost.md)); the "
-            "rest is the grid's.",
+            "brings. C, S and the area are low together, for less piles up. About 2 % of it are the length "
+            "of the steps, which is of first order where metal flows ([accuracy_cost](accuracy_cost.md)); "
+            "the rest is the grid's.",
             static_rows(),
         ),
         Case(
