@@ -19,6 +19,7 @@ bounds = {
         "C/Y": 2.5,
         "S/(E'h)": 5.0,
         "Wp/Wt": 0.02,
+        "H/Y, true area": 4.0,
         "H/Y, recovered area": 4.0,
         "H/Y, area of the profile": 5.0,
     },
