@@ -1,4 +1,5 @@
 #!/bin/sh
+#test: long
 #test: beside
 # The short forms of the hard cases, each figure against its bar; `make hard` runs all of them at length.
 #test: limit 180

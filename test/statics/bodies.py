@@ -156,11 +156,12 @@ def levels_and_restart():
 
 
 def long():
-    """On 4 ranks; a cylinder; from and to explicit steps. The cylinder finer, at several heights of the
-    interface in its cell and with all shapes of domains."""
+    """On 4 ranks; on a level, and taken up again; a cylinder; from and to explicit steps. The cylinder finer,
+    at several heights of the interface in its cell and with all shapes of domains."""
     from hertz import judged
 
     pressed_blocks((1, 4))
+    levels_and_restart()
     hertz()
     changes()
     for domain, offset in (
@@ -179,5 +180,4 @@ else:
     pressed_blocks()
     sliding()
     small_load()
-    levels_and_restart()
 finish()

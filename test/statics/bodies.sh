@@ -1,7 +1,7 @@
 #!/bin/sh
 #test: beside
-# &quasi_static with contact groups: blocks pressed together, pushed over each other, held by friction, Hertz's cylinder, a change to
-# explicit steps; on several ranks.
+# &quasi_static with contact groups: blocks pressed together, pushed over each other, held by friction, a load that
+# begins small; on several ranks.
 #test: limit 240
 . "$(dirname "$0")/../harness/env.sh"
 "$PYTHON" "$ROOT/test/statics/bodies.py"
