@@ -75,8 +75,8 @@ petsc_compile = $(compile) $(FLAGS_$(compiler)_long_lines) $(PETSC_FLAGS)
 
 main := src/app/gimp3d.f90
 sources := $(filter-out $(patsubst %,src/parallel/halo_%.f90,$(filter-out $(HALO),$(halos))),\
-   $(sort $(shell find src -name '*.f90' -o -name '*.F90')))
-test_sources := $(sort $(shell find test -name '*.f90' 2>/dev/null))
+   $(sort $(shell find -H src -name '*.f90' -o -name '*.F90')))
+test_sources := $(sort $(shell find -H test -name '*.f90' 2>/dev/null))
 library_objects := $(patsubst src/%,$(build)/obj/src/%.o,$(basename $(filter-out $(main),$(sources))))
 program := $(if $(filter $(main),$(sources)),$(build)/gimp3d)
 
