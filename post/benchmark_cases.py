@@ -133,9 +133,10 @@ def plastic(title, tool, ratio, exponent, radius_over_depth, way_back, share=0.0
     def make(grid, directory):
         depth = grid.contact * grid.cell / radius_over_depth
         time = max(transits(grid, 5.5), slow_time(depth, flow_stress(young / ratio, exponent)))
-        motion = Motion(depth, time, way_back * depth)
         if step:
             motion = Steps(depth, math.ceil(depth / (step * grid.cell)), way_back * depth)
+        else:
+            motion = Motion(depth, time, way_back * depth)
         return scene(
             title,
             [f"{title}. E/Y = {ratio:g}, n = {exponent:g}."],
@@ -840,10 +841,9 @@ def cases():
             "Cone in metal, quasi-static",
             lulu + ". As B1",
             "Three rows of B1 in `&quasi_static` steps of a quarter of a cell; in, at rest, drawn back",
-            "Loads without inertia or speed: explicit loads on the same grid are higher by what their speed "
-            "brings. C, S and the area are low together, for less piles up. About 2 % of it are the length "
-            "of the steps, which is of first order where metal flows ([accuracy_cost](accuracy_cost.md)); "
-            "the rest is the grid's.",
+            "Loads without inertia or speed. C, S and the area are low together: less piles up. What of it "
+            "is the grid's, and what comes of the length of the steps, whose error is of first order where "
+            "metal flows ([accuracy_cost](accuracy_cost.md)), the fine grid and shorter steps have to say.",
             static_rows(),
         ),
         Case(

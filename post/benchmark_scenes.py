@@ -146,7 +146,8 @@ class Motion:
 @dataclass
 class Steps:
     """Speeds of a tool that goes in by `count` quasi-static steps of equal length in one second, stops in a
-    tenth of that, turns, and comes back in two seconds: the fit of the unloading wants ten rows."""
+    tenth of that, turns, and comes back in two seconds: the fit of the unloading wants ten rows. Domains
+    follow their corners, as explicit steps choose for such a law."""
 
     depth: float
     count: int

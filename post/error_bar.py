@@ -150,11 +150,13 @@ def said(differs):
     return " ".join(sorted({f"{group}.{name}" for group, name in differs - motion}))
 
 
-def grid_error(cells, values):
+def grid_error(cells, values, alike=True):
     """Error of the finest of values on cells (m), finest first, and what it rests on: an order, or words.
-    None from one run."""
+    None from one run. `alike`: all are measured in one way, so that an order may show."""
     if len(values) < 2:
         return None, ""
+    if not alike:
+        return max(values) - min(values), "none: spread"
     if len(values) == 2:
         return abs(values[1] - values[0]) / (cells[1] / cells[0] - 1), "1, assumed"
     try:
@@ -177,13 +179,20 @@ def factor_of(what, partner, case):
 def assess(ladder, pairs):
     """One dictionary a quantity that all runs of the ladder have, and sentences on those that some lack."""
     found, missing = [], []
+    alike = len({case.answer.get("area_true_source") for case in ladder}) == 1
+    if not alike:
+        missing.append(
+            "The true area is that of the profile in some runs and of the history in others: no order is "
+            "taken from it (`make hardness` with `--area column` for all of them makes them alike)."
+        )
     for title, key, unit in rows:
         values = [case.answer.get(key) for case in ladder]
         if any(value is None for value in values):
             if any(value is not None for value in values):
                 missing.append(f"{title}: not every run has it")
             continue
-        error, order = grid_error([case.cell for case in ladder], values)
+        by_area = key.endswith("_true")
+        error, order = grid_error([case.cell for case in ladder], values, alike or not by_area)
         parts = {"fit": ladder[0].answer.get(f"{key}_uncertainty"), "grid": error}
         for what, partner, case in pairs:
             if case.answer.get(key) is not None:

@@ -301,25 +301,22 @@ def analyse(run, record, options):
     pictures = surfaces(run, record, row, main, true, answer)
     if true[0] > 0:
         put(answer, {"area_history": true[0]}, {"area_history": true[1]})
-    source, taken = true_area(options, true, answer)
-    if taken is not true:
-        true = taken
-        if main:
-            again = oliver_pharr.analyse_unloading(
-                record.depth,
-                record.load,
-                main[0],
-                area_function,
-                beta,
-                options.epsilon,
-                tuple(answer["window"]),
-                true,
-                poisson,
-            )
-            for key in ("modulus_true", "young_true"):
-                if key in again.values:
-                    put(answer, {key: again.values[key]}, {key: again.sigma[key]})
-    answer["area_true_source"] = source
+    answer["area_true_source"], true = true_area(options, true, answer)
+    if answer["area_true_source"] == "profile" and main:
+        again = oliver_pharr.analyse_unloading(
+            record.depth,
+            record.load,
+            main[0],
+            area_function,
+            beta,
+            options.epsilon,
+            tuple(answer["window"]),
+            true,
+            poisson,
+        )
+        for key in ("modulus_true", "young_true"):
+            if key in again.values:
+                put(answer, {key: again.values[key]}, {key: again.sigma[key]})
     if true[0] > 0:
         put(
             answer,

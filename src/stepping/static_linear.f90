@@ -64,7 +64,7 @@ contains
          aim = max(rough*what_is_left(system, force, left, bound), tiny(aim))
          do guess = 1, most_guesses
             done = .false.
-            symmetric = .true. ! until that fails, as where no point of a guess holds a body
+            symmetric = .true. ! where it fails no point may hold a body in this guess; in the next one may
             call self%set_points(system, ahead, bound, force - moved, right)
             call self%solve_linear(system, right, direction, aim, symmetric)
             call move_points(system, direction, along)

@@ -31,7 +31,18 @@ def check(what, holds):
         faults.append(what)
 
 
-def run(name, cell, hardness, sigma=0.0, depth=2e-7, end=1e-9, young=70e9, width=25.6e-6, angle=70.3):
+def run(
+    name,
+    cell,
+    hardness,
+    sigma=0.0,
+    depth=2e-7,
+    end=1e-9,
+    young=70e9,
+    width=25.6e-6,
+    angle=70.3,
+    source="column",
+):
     """A directory with what a run and `make hardness` leave there."""
     (WORK / name).mkdir(exist_ok=True)
     (WORK / name / "case.nml").write_text(
@@ -42,6 +53,7 @@ def run(name, cell, hardness, sigma=0.0, depth=2e-7, end=1e-9, young=70e9, width
         "hardness_true": hardness,
         "hardness_true_uncertainty": sigma,
         "young_true": None,
+        "area_true_source": source,
     }
     (WORK / name / "hardness.json").write_text(json.dumps(answer))
     return str(WORK / name)
@@ -100,6 +112,14 @@ for p in (0.7, 1.0, 1.6):
         "... in whatever order they are named",
         near(bars(ones[0], ones[2], ones[1])[2]["error_bar"], row["error_bar"]),
     )
+mixed = [ones[0], ones[1], run("coarse", coarse, law(coarse, 1.6), source="profile")]
+status, said, row = bars(*mixed)
+check(
+    "true areas of different sources: no order, and it is said",
+    row["order"] == "none: spread"
+    and near(row["parts"]["grid"], law(coarse, 1.6) - law(fine, 1.6))
+    and "of the profile in some runs" in said,
+)
 ones = [
     run(name, cell, law(cell, 4)) for name, cell in (("fine", fine), ("middle", middle), ("coarse", coarse))
 ]

@@ -1,6 +1,6 @@
 #!/bin/sh
 #test: beside
-# Forty small scenes made by chance: laws of mechanics, and the same seen otherwise. The five hundred are in random_truth_long.sh.
+# Twenty small scenes made by chance: laws of mechanics, and the same seen otherwise. The five hundred are in random_truth_long.sh.
 #test: limit 300
 . "$(dirname "$0")/../harness/env.sh"
 truth="$ROOT/test/invariants/random_truth.py"

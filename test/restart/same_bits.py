@@ -89,30 +89,19 @@ for ranks in (1, 2):
         [ranks, ranks],
         straight,
     )
-if LONG:
-    run(1, scene(FOLLOWING_PARTS, "following_straight", end=0.02, every=0.01))
+# levels that follow a tool, or that the estimated error places: a run that goes on looks at the same times
+PLACED = re.sub(r"&level lower.*", "&level criterion='error', max_cells=8000 /", FOLLOWING)
+for name, text in (("following", FOLLOWING_PARTS), ("placed", PLACED)) if LONG else ():
+    run(1, scene(text, f"{name}_straight", end=0.02, every=0.01))
     chain(
-        "following a tool",
-        scene(FOLLOWING_PARTS, "following", "every_steps=9", end=0.02, every=0.01),
-        "following",
+        f"a level that is {name}",
+        scene(text, name, "every_steps=7", end=0.02, every=0.01),
+        name,
         [1, 1, 1],
-        "following_straight",
+        f"{name}_straight",
     )
-    with h5py.File(checkpoints("following")[-1]) as file:
-        require("following: the level has moved", file["state/counts"][1] > 0)
-
-    # levels that the estimated error and a tool that moves place: a run that goes on looks at the same times
-    PLACED = re.sub(r"&level lower.*", "&level criterion='error', max_cells=8000 /", FOLLOWING)
-    run(1, scene(PLACED, "placed_straight", end=0.02, every=0.01))
-    chain(
-        "placed by the error",
-        scene(PLACED, "placed", "every_steps=7", end=0.02, every=0.01),
-        "placed",
-        [1, 1, 1],
-        "placed_straight",
-    )
-    with h5py.File(checkpoints("placed")[-1]) as file:
-        require("placed: the level has moved", file["state/counts"][1] > 0)
+    with h5py.File(checkpoints(name)[-1]) as file:
+        require(f"{name}: the level has moved", file["state/counts"][1] > 0)
 
 # candidates on four ranks, flow below them: from 1 to 2 to 4 to 1
 run(1, scene(SPREAD, "spread_straight", end=0.04, every=0.01))
