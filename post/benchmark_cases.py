@@ -252,6 +252,8 @@ def berkovich_rows():
         )
         for reference in rows[-1].references[:2]:
             reference.tolerance = 0.04
+        for reference in rows[-1].references[3:]:  # of an area that is assumed
+            reference.tolerance = None
     return rows
 
 
@@ -833,7 +835,14 @@ def cases():
             "Berkovich in metal that hardens",
             lulu.replace("FEM_70deg", "Berkovich") + ", three-dimensional",
             "As B1 with a pyramid of 65.3 degrees, half model",
-            "As B1. The three edges of the pyramid are sharp, and the grid rounds them.",
+            "As B1. The three edges of the pyramid are sharp, and the grid rounds them. The table has no "
+            "areas. Those that H is compared with follow from its S with 1.237 E' sqrt(A), a triangle's "
+            "factor (King's 1.034 and Hay's 1.06). What the factor is depends on the contact's shape: a "
+            "circle has 1.20; an elastic contact, whose faces sink in between its corners, 1.40 "
+            "(post/half_space.py: a load of 0.8824 E' h^2 tan and an area of 1.778 h^2 tan^2 make S = "
+            "1.323 E' sqrt(A) before Hay's factor). So the areas are known to 6 % where the surface piles "
+            "up and to 20 % where it sinks in, and no bound is set on H. The areas measured give factors "
+            "from 1.24 where metal piles up to 1.32.",
             berkovich_rows(),
         ),
         Case(

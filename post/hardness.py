@@ -42,7 +42,7 @@ import imprint
 import indentation
 import oliver_pharr
 from plots import Run, scaled, snapshots_of
-from run_data import History, Particles, Unreadable
+from run_data import History, Particles, Unreadable, depth_of
 
 keys = (
     "max_depth",
@@ -61,6 +61,9 @@ keys = (
     "pile_up",
 )
 area_share = 0.2  # of the largest depth, before the unloading: rows that the true area is taken from
+# Of the finest cells: how far the edge of the contact_area of the history is off in metal (rms of the rows of
+# B1 and B2 on the fine grid in doc/user/benchmarks.md: 0.24)
+history_resolution = 0.25
 
 # name of the table's row, key, unit ("" for a pure number)
 table = [
@@ -114,6 +117,7 @@ class Record:
         axis = indentation.unit_axis(tool)
         self.load = -sum(history[f"load_{x}"] * along for x, along in zip("xyz", axis)) / self.share
         self.area = history["contact_area"] / self.share
+        self.cell = run.case["grid"][0]["cell_size"][0] / 2 ** depth_of(run.case)
         if not all(np.all(np.isfinite(values)) for values in (self.depth, self.load, self.area)):
             raise Missing(f"tool_{self.name}.dat holds values that are not finite")
         if not np.any((self.load > 0) & (self.depth > 0)):
@@ -173,16 +177,19 @@ def area_function_of(tool, coefficients):
 def area_at(record, row):
     """The column contact_area at a row (m2) and its uncertainty: a parabola over depth through the rows
     before it, within area_share of its depth, and their scatter about it (not divided by their number: what
-    the column is off by is off in many rows)."""
+    the column is off by is off in many rows), with history_resolution of a cell at the edge of a circle."""
     first = row
     while first > 0 and record.depth[first - 1] >= (1 - area_share) * record.depth[row]:
         first -= 1
     area, depth = record.area[first : row + 1], record.depth[first : row + 1]
     x = (depth - depth[-1]) / record.depth[row]
     if area.size < 8 or np.unique(x).size < 4:
-        return float(area[-1]), float(np.std(area)) if area.size > 1 else float("nan")
-    curve = np.polyfit(x, area, 2)
-    return float(curve[2]), float(np.std(area - np.polyval(curve, x), ddof=3))
+        value, scatter = float(area[-1]), float(np.std(area)) if area.size > 1 else float("nan")
+    else:
+        curve = np.polyfit(x, area, 2)
+        value, scatter = float(curve[2]), float(np.std(area - np.polyval(curve, x), ddof=3))
+    edge = history_resolution * record.cell * 2 * math.sqrt(math.pi * max(value, 0.0))
+    return value, math.hypot(scatter, edge)
 
 
 def analyse(run, record, options):
@@ -343,7 +350,7 @@ def true_area(options, column, answer):
         if profile is None:
             raise Missing(
                 "the profile gives no area (--area profile): it needs a snapshot at the largest depth and a "
-                "sphere or cone that stands on a flat surface"
+                "sphere, cone or pyramid that stands on a flat surface"
             )
         return "profile", (profile, sigma)
     if not profile or not column[0] > 0:
@@ -492,28 +499,25 @@ def surfaces(run, record, row, main, true, answer):
         profile, depth = found["loaded"][3], found["loaded"][1]
         edge = math.sqrt(true[0] / math.pi) if true[0] > 0 else None
         answer["profile_time"], answer["profile_depth"] = found["loaded"][:2]
-        radius = imprint.contact_radius(found["loaded"][2], record.tool, -depth)
-        if radius:
-            edge = radius[0]
-            put(
-                answer,
-                {"area_profile": math.pi * radius[0] ** 2},
-                {"area_profile": 2 * math.pi * radius[0] * radius[1]},
-            )
+        touched = imprint.contact_area(found["loaded"][2], record.tool, -depth)
+        if touched:
+            area, area_sigma, edge, edge_sigma = touched
+            put(answer, {"area_profile": area}, {"area_profile": area_sigma})
         if edge is not None:
             try:
-                value, sigma, peak, at = imprint.pile_up(profile, edge, depth)
-                if radius:  # there the surface is the tool's
+                round_edge = math.sqrt(area / math.pi) if touched else edge
+                value, sigma, peak, at = imprint.pile_up(profile, round_edge, depth)
+                if touched:  # there the surface is the tool's
                     value = float(imprint.tool_height(record.tool, np.array([[edge, 0.0]]))[0]) - depth
                     sides = [
-                        float(imprint.tool_height(record.tool, np.array([[edge + s * radius[1], 0.0]]))[0])
+                        float(imprint.tool_height(record.tool, np.array([[edge + s * edge_sigma, 0.0]]))[0])
                         for s in (-1, 1)
                     ]
                     sigma = 0.5 * abs(sides[1] - sides[0])
                 put(answer, {"pile_up": value}, {"pile_up": sigma})
                 answer["pile_up_peak"], answer["pile_up_peak_radius"] = peak, at
                 if "unloaded" in found:
-                    _, _, peak, at = imprint.pile_up(found["unloaded"][3], edge, depth)
+                    _, _, peak, at = imprint.pile_up(found["unloaded"][3], round_edge, depth)
                     answer["pile_up_peak_unloaded"], answer["pile_up_peak_unloaded_radius"] = peak, at
             except imprint.NoSurface as error:
                 answer["missing"].append(f"Pile-up is missing: {error}.")

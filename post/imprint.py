@@ -18,6 +18,9 @@ import indentation
 # particles wide
 edge_resolution = 0.15
 
+# Between the middle of a pyramid's face and its edge, for contact_area
+sectors = 4
+
 
 class NoSurface(Exception):
     """The surface cannot be said; the text is a sentence that says why."""
@@ -290,6 +293,39 @@ def contact_radius(surface, tool, tip):
     return edges[0], math.hypot(
         max((abs(edge - edges[0]) for edge in edges[1:]), default=unit / 2), edge_resolution * unit
     )
+
+
+def contact_area(surface, tool, tip):
+    """Area (m2) within which a surface touches a tool, its uncertainty, and the distance from the axis at
+    which the contact ends (m; of a pyramid across its faces, mean of the sectors), with its uncertainty. Of a
+    pyramid the edge is sought in sectors between the middle of a face and the edge of two, all faces
+    together. None where contact_radius has none, in any sector, and for tools that are neither."""
+    if tool["shape"][0] not in ("berkovich", "pyramid"):
+        found = contact_radius(surface, tool, tip)
+        return found and (math.pi * found[0] ** 2, 2 * math.pi * found[0] * found[1], *found)
+    faces = 3 if tool["shape"][0] == "berkovich" else int(tool["faces"][0])
+    turn = np.mod(np.arctan2(surface.places[:, 1], surface.places[:, 0]), 2 * math.pi / faces)
+    turn = np.minimum(turn, 2 * math.pi / faces - turn)
+    across = surface.radii * np.cos(turn)
+    flank = {**tool, "shape": ["cone"]}  # what the tool is along a face
+    bounds = np.linspace(0.0, math.pi / faces, sectors + 1)
+    # of the area within the distance a across the faces: a^2 times these
+    weights = faces * np.diff(np.tan(bounds))
+    edges = []
+    for low, high in zip(bounds, bounds[1:]):
+        inside = (turn >= low) & (turn <= high)
+        part = Surface(
+            np.stack([across[inside], 0 * across[inside]], axis=1),
+            *(a[inside] for a in (surface.heights, surface.half_widths, surface.stress, surface.contact)),
+        )
+        edges.append(contact_radius(part, flank, tip))
+        if edges[-1] is None:
+            return None
+    edge, sigma = np.array(edges).T
+    # the sectors lie on the same cells: what one is off by, the others may be too
+    area, area_sigma = float(weights @ edge**2), float(2 * weights @ (edge * sigma))
+    mean = math.sqrt(area / weights.sum())
+    return area, area_sigma, mean, area_sigma / (2 * weights.sum() * mean)
 
 
 def pile_up(profile, edge, depth):

@@ -59,9 +59,7 @@ module m_krylov
       procedure, public :: finish
    end type krylov_t
 
-   integer, parameter :: most_products = 4000 !< in one solve by conjugate gradients
    real(wp), parameter :: may_grow = 1.0e30_wp !< of the residual, before it falls
-   integer, parameter :: most_general = 600   !< by the method for matrices that are not symmetric
    integer, parameter :: restart = 60         !< of the method for matrices that are not symmetric
 
    !> What PETSc's callbacks work on during a solve.
@@ -123,7 +121,8 @@ contains
 
    !> Collective: x with |b - K x| <= residual, from 0, by conjugate gradients where K is symmetric; what they
    !> have come to where they meet a direction of negative stiffness first.
-   subroutine solve(self, operator, diagonal, preconditioner, b, x, residual, symmetric, products, solved)
+   subroutine solve(self, operator, diagonal, preconditioner, b, x, residual, symmetric, most, products, &
+                    solved)
       class(krylov_t), intent(inout) :: self
       class(krylov_operator_t), intent(inout), target :: operator
       real(wp), intent(in), target, contiguous :: diagonal(:) !< of K, above 0
@@ -132,11 +131,12 @@ contains
       real(wp), intent(out) :: x(:)
       real(wp), intent(in) :: residual
       logical, intent(in) :: symmetric
+      integer, intent(in) :: most !< products
       integer, intent(out) :: products
       logical, intent(out) :: solved
       PetscErrorCode :: ierr
       PetscScalar, pointer :: values(:)
-      PetscInt :: its, most
+      PetscInt :: its, most_its
       KSPConvergedReason :: reason
       KSP :: solver
       current_operator => operator
@@ -147,11 +147,10 @@ contains
       PetscCallA(VecRestoreArrayF90(self%right_side, values, ierr))
       PetscCallA(VecSet(self%solution, 0.0_wp, ierr))
       solver = self%general
-      most = most_general
       if (symmetric) solver = self%symmetric
-      if (symmetric) most = most_products
+      most_its = most
       PetscCallA(KSPSetOperators(solver, self%shell, self%shell, ierr))
-      PetscCallA(KSPSetTolerances(solver, 1.0e-30_wp, residual, may_grow, most, ierr))
+      PetscCallA(KSPSetTolerances(solver, 1.0e-30_wp, residual, may_grow, most_its, ierr))
       PetscCallA(KSPSolve(solver, self%right_side, self%solution, ierr))
       PetscCallA(KSPGetConvergedReason(solver, reason, ierr))
       PetscCallA(KSPGetIterationNumber(solver, its, ierr))

@@ -16,6 +16,8 @@ module m_static_linear
       integer :: solves = 0, products = 0 !< of this step
       integer :: unsolved = 0             !< linear problems of this step that were not
       integer :: unsettled = 0            !< iterations of this step whose points did not settle
+      integer :: longest = 0              !< iterations of conjugate gradients that have solved a problem
+      logical :: is_general = .false.     !< in this step the method for any matrix solved what they did not
    contains
       procedure :: begin
       procedure :: improve
@@ -26,6 +28,10 @@ module m_static_linear
    integer, parameter, public :: most_unsolved = 3 !< linear problems of a step: then nothing holds the body
    integer, parameter, public :: most_unsettled = 3 !< iterations of a step: then it is too long
    integer, parameter :: most_guesses = 20
+   integer, parameter :: most_products = 4000 !< in one problem, by conjugate gradients
+   integer, parameter :: most_general = 600   !< by the method for matrices that are not symmetric
+   integer, parameter :: patience = 5         !< with conjugate gradients: times the longest problem before
+   integer, parameter :: least_patience = 300
    real(wp), parameter :: rough = 1.0e-3_wp !< linear problems are solved to this, of the forces left over
    real(wp), parameter :: unknown = huge(1.0_wp)
 
@@ -38,6 +44,7 @@ contains
       self%products = 0
       self%unsolved = 0
       self%unsettled = 0
+      self%is_general = .false.
       self%has_elements = .false.
    end subroutine begin
 
@@ -55,7 +62,7 @@ contains
       real(wp), dimension(3, system%contact%count) :: ahead, along
       real(wp) :: bound(system%contact%count), aim, length
       integer :: guess
-      logical :: symmetric, done
+      logical :: done
       associate (contact => system%contact)
          change = 0.0_wp
          moved = 0.0_wp ! K change, without the stiffness of points
@@ -64,9 +71,8 @@ contains
          aim = max(rough*what_is_left(system, force, left, bound), tiny(aim))
          do guess = 1, most_guesses
             done = .false.
-            symmetric = .true. ! where it fails no point may hold a body in this guess; in the next one may
             call self%set_points(system, ahead, bound, force - moved, right)
-            call self%solve_linear(system, right, direction, aim, symmetric)
+            call self%solve_linear(system, right, direction, aim)
             call move_points(system, direction, along)
             if (self%unsolved >= most_unsolved) exit
             if (.not. contact%rubs .and. fits(system, ahead + along)) then
@@ -209,17 +215,19 @@ contains
       end do
    end subroutine take_forces
 
-   !> Collective: K direction = right to `aim`, with pressed points; another method where conjugate gradients
-   !> meet a direction of negative stiffness, or go on too long.
-   subroutine solve_linear(self, system, right, direction, aim, symmetric)
+   !> Collective: K direction = right to `aim`, with pressed points. Conjugate gradients come first; where
+   !> they meet a direction of negative stiffness or go on much longer than before, for K is not quite
+   !> symmetric, the method for any matrix follows, and leads for the rest of the step if it succeeds. Where
+   !> it does not, conjugate gradients that were only stopped go on at length: large problems need many. Of
+   !> what nothing solves the direction is that of the method for any matrix.
+   subroutine solve_linear(self, system, right, direction, aim)
       class(static_linear_t), intent(inout) :: self
       type(static_system_t), intent(inout) :: system
       real(wp), intent(in) :: right(:), aim
       real(wp), intent(out) :: direction(:)
-      logical, intent(inout) :: symmetric
-      real(wp), allocatable :: diagonal(:)
-      integer :: products
-      logical :: solved
+      real(wp), allocatable :: diagonal(:), bounded(:)
+      integer :: patient, products
+      logical :: solved, stopped
       call system%renew_diagonal()
       diagonal = system%diagonal
       if (self%elements%wanted .and. .not. self%has_elements) then
@@ -227,17 +235,35 @@ contains
          self%has_elements = .true.
       end if
       system%presses = .true.
-      call self%krylov%solve(system, diagonal, self%elements, right, direction, aim, symmetric, &
-                             products, solved)
-      self%products = self%products + products
       self%solves = self%solves + 1
-      if (symmetric .and. .not. solved) then
-         symmetric = .false.
-         call self%krylov%solve(system, diagonal, self%elements, right, direction, aim, symmetric, &
-                                products, solved)
-         self%products = self%products + products
+      patient = most_products
+      if (self%longest > 0) patient = min(max(least_patience, patience*self%longest), most_products)
+      solved = .false.
+      stopped = .false.
+      if (.not. self%is_general) then
+         call try(.true., patient)
+         stopped = products >= patient .and. patient < most_products
+      end if
+      if (.not. solved) then
+         call try(.false., most_general)
+         self%is_general = solved
+      end if
+      if (solved) return
+      if (stopped) then
+         bounded = direction
+         call try(.true., most_products)
+         if (.not. solved) direction = bounded
       end if
       if (.not. solved) self%unsolved = self%unsolved + 1
+   contains
+      subroutine try(symmetric, most)
+         logical, intent(in) :: symmetric
+         integer, intent(in) :: most
+         call self%krylov%solve(system, diagonal, self%elements, right, direction, aim, symmetric, most, &
+                                products, solved)
+         self%products = self%products + products
+         if (symmetric .and. solved) self%longest = max(self%longest, products)
+      end subroutine try
    end subroutine solve_linear
 
    !> Collective: how far to go along a direction, at most all of it: to where the energy of the linear
