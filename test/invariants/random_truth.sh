@@ -1,6 +1,6 @@
 #!/bin/sh
 #test: beside
-# Twenty small scenes made by chance: laws of mechanics, and the same seen otherwise. The five hundred are in random_truth_long.sh.
+# Eight small scenes made by chance: laws of mechanics, and the same seen otherwise. The five hundred are in random_truth_long.sh.
 #test: limit 300
 . "$(dirname "$0")/../harness/env.sh"
 truth="$ROOT/test/invariants/random_truth.py"
@@ -18,4 +18,4 @@ done
 # Boxes under a cone of 45 degrees, whose faces did not move as the material does: works were 14 % apart.
 "$PYTHON" "$truth" "$WORK/cone" "$GIMP3D" 1 --first 497 >cone.log || fail "seed 497: $(cat cone.log)"
 if grep 'says itself' cone.log; then fail 'seed 497: works'; fi
-"$PYTHON" "$truth" "$WORK/scenes" "$GIMP3D" 20 || fail 'see above'
+"$PYTHON" "$truth" "$WORK/scenes" "$GIMP3D" 8 || fail 'see above'
