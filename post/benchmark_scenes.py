@@ -146,8 +146,8 @@ class Motion:
 @dataclass
 class Steps:
     """Speeds of a tool that goes in by `count` quasi-static steps of equal length in one second, stops in a
-    tenth of that, turns, and comes back in two seconds: the fit of the unloading wants ten rows. Domains
-    follow their corners, as explicit steps choose for such a law."""
+    tenth of that, turns, and comes back in 20 steps: the fit of the unloading wants ten rows. Domains follow
+    their corners, as explicit steps choose for such a law."""
 
     depth: float
     count: int
@@ -155,8 +155,9 @@ class Steps:
 
     def values(self):
         """Times, speeds, end."""
-        speed, back = self.depth / 1.05, self.back / 2.05
-        return (0, 1, 1.1, 1.2), (speed, speed, 0, -back), 3.2
+        way_back = 20 / self.count  # s
+        speed, back = self.depth / 1.05, self.back / (way_back + 0.05)
+        return (0, 1, 1.1, 1.2), (speed, speed, 0, -back), 1.2 + way_back
 
     def every(self):
         return 1.1

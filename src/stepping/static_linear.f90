@@ -1,7 +1,7 @@
 !> The linear problem of a Newton iteration, with contact and friction: active sets and an exact line search
 !> (theory.md, eqs static-contact, static-friction).
 module m_static_linear
-   use m_kinds, only: wp
+   use m_kinds, only: wp, i8
    use m_krylov, only: krylov_t
    use m_static_system, only: static_system_t
    use m_static_elements, only: static_elements_t
@@ -16,7 +16,8 @@ module m_static_linear
       integer :: solves = 0, products = 0 !< of this step
       integer :: unsolved = 0             !< linear problems of this step that were not
       integer :: unsettled = 0            !< iterations of this step whose points did not settle
-      integer :: longest = 0              !< iterations of conjugate gradients that have solved a problem
+      integer(i8) :: tried = 0            !< linear problems that conjugate gradients have solved,
+      integer(i8) :: iterations = 0       !< and what they took for them
       logical :: is_general = .false.     !< in this step the method for any matrix solved what they did not
    contains
       procedure :: begin
@@ -30,7 +31,7 @@ module m_static_linear
    integer, parameter :: most_guesses = 20
    integer, parameter :: most_products = 4000 !< in one problem, by conjugate gradients
    integer, parameter :: most_general = 600   !< by the method for matrices that are not symmetric
-   integer, parameter :: patience = 5         !< with conjugate gradients: times the longest problem before
+   integer, parameter :: patience = 5         !< with conjugate gradients: times the mean of problems before
    integer, parameter :: least_patience = 300
    real(wp), parameter :: rough = 1.0e-3_wp !< linear problems are solved to this, of the forces left over
    real(wp), parameter :: unknown = huge(1.0_wp)
@@ -237,7 +238,8 @@ contains
       system%presses = .true.
       self%solves = self%solves + 1
       patient = most_products
-      if (self%longest > 0) patient = min(max(least_patience, patience*self%longest), most_products)
+      if (self%tried > 0) patient = min(most_products, max(least_patience, &
+                                                           int(patience*self%iterations/self%tried)))
       solved = .false.
       stopped = .false.
       if (.not. self%is_general) then
@@ -262,7 +264,9 @@ contains
          call self%krylov%solve(system, diagonal, self%elements, right, direction, aim, symmetric, most, &
                                 products, solved)
          self%products = self%products + products
-         if (symmetric .and. solved) self%longest = max(self%longest, products)
+         if (.not. (symmetric .and. solved)) return
+         self%tried = self%tried + 1
+         self%iterations = self%iterations + products
       end subroutine try
    end subroutine solve_linear
 
