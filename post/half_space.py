@@ -11,8 +11,9 @@ within the contact (Polonsky and Keer, Wear 231 (1999) 206). The surface does no
 all small-strain solutions: loads of pyramids and cones go with the tangent of their half angle, and E' h^2.
 
     half_space.py [POINTS]     of a cone (exact 2/pi), a three- and a four-sided pyramid on such grids: number
-                               of faces, points, load over E' h^2 tan(half angle), area of contact over (h
-                               tan(half angle))^2"""
+                               of faces (0: a cone), points, load over E' h^2 tan(half angle), area of contact
+                               over (h tan(half angle))^2, stiffness over E' sqrt(area), and that of a flat
+                               punch whose outline is the tool's section (exact 2/sqrt(pi) for a cone)"""
 
 import math
 import sys
@@ -92,7 +93,20 @@ def curvature(faces, points):
     return float(p.sum()) * edge**2, float(np.count_nonzero(p)) * edge**2
 
 
+def punch_stiffness(faces, points):
+    """Stiffness over E' sqrt(area) of a flat punch whose outline is the section of a pyramid; 0 faces: a
+    circle."""
+    wide = 2.1 if faces == 3 else 1.5
+    edge = 2 * wide / points
+    at = (np.arange(points) + 0.5) * edge - wide
+    inside = pyramid(faces, *np.meshgrid(at, at, indexing="ij")) < 1
+    p = press(np.where(inside, 0.0, 2.0), edge, 1.0)  # the surface beside it sinks in by less than 1
+    return float(p.sum()) * edge / math.sqrt(np.count_nonzero(inside))
+
+
 if __name__ == "__main__":
     for faces in (0, 3, 4):
         for points in [int(word) for word in sys.argv[1:]] or [256]:
-            print(faces, points, *curvature(faces, points))
+            load, area = curvature(faces, points)
+            # the load goes with the square of the depth
+            print(faces, points, load, area, 2 * load / math.sqrt(area), punch_stiffness(faces, points))

@@ -299,7 +299,7 @@ def contact_area(surface, tool, tip):
     """Area (m2) within which a surface touches a tool, its uncertainty, and the distance from the axis at
     which the contact ends (m; of a pyramid across its faces, mean of the sectors), with its uncertainty. Of a
     pyramid the edge is sought in sectors between the middle of a face and the edge of two, all faces
-    together. None where contact_radius has none, in any sector, and for tools that are neither."""
+    together. None where contact_radius finds none, be it in one sector, and for tools of other shapes."""
     if tool["shape"][0] not in ("berkovich", "pyramid"):
         found = contact_radius(surface, tool, tip)
         return found and (math.pi * found[0] ** 2, 2 * math.pi * found[0] * found[1], *found)

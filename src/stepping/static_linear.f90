@@ -16,9 +16,9 @@ module m_static_linear
       integer :: solves = 0, products = 0 !< of this step
       integer :: unsolved = 0             !< linear problems of this step that were not
       integer :: unsettled = 0            !< iterations of this step whose points did not settle
-      integer(i8) :: tried = 0            !< linear problems that conjugate gradients have solved,
-      integer(i8) :: iterations = 0       !< and what they took for them
-      logical :: is_general = .false.     !< in this step the method for any matrix solved what they did not
+      integer(i8) :: cg_solved = 0        !< linear problems that conjugate gradients have solved,
+      integer(i8) :: cg_iterations = 0    !< and what they took for them
+      logical :: gmres_leads = .false.    !< in this step it has solved what conjugate gradients did not
    contains
       procedure :: begin
       procedure :: improve
@@ -30,9 +30,10 @@ module m_static_linear
    integer, parameter, public :: most_unsettled = 3 !< iterations of a step: then it is too long
    integer, parameter :: most_guesses = 20
    integer, parameter :: most_products = 4000 !< in one problem, by conjugate gradients
-   integer, parameter :: most_general = 600   !< by the method for matrices that are not symmetric
-   integer, parameter :: patience = 5         !< with conjugate gradients: times the mean of problems before
-   integer, parameter :: least_patience = 300
+   integer, parameter :: most_gmres = 600     !< by GMRES
+   integer, parameter :: patience = 5         !< with conjugate gradients: times the mean of the problems that
+                                              !< they have solved,
+   integer, parameter :: least_patience = 300 !< and at least
    real(wp), parameter :: rough = 1.0e-3_wp !< linear problems are solved to this, of the forces left over
    real(wp), parameter :: unknown = huge(1.0_wp)
 
@@ -45,7 +46,7 @@ contains
       self%products = 0
       self%unsolved = 0
       self%unsettled = 0
-      self%is_general = .false.
+      self%gmres_leads = .false.
       self%has_elements = .false.
    end subroutine begin
 
@@ -216,19 +217,19 @@ contains
       end do
    end subroutine take_forces
 
-   !> Collective: K direction = right to `aim`, with pressed points. Conjugate gradients come first; where
-   !> they meet a direction of negative stiffness or go on much longer than before, for K is not quite
-   !> symmetric, the method for any matrix follows, and leads for the rest of the step if it succeeds. Where
-   !> it does not, conjugate gradients that were only stopped go on at length: large problems need many. Of
-   !> what nothing solves the direction is that of the method for any matrix.
+   !> Collective: K direction = right to `aim`, with pressed points. Conjugate gradients come first. Where
+   !> they meet a direction of negative stiffness or take much longer than before, for K is not quite
+   !> symmetric, GMRES follows, and leads for the rest of the step if it succeeds. Where it does not,
+   !> conjugate gradients that were cut short, or not tried, go on at length: large problems need many. Of what
+   !> nothing solves the direction is that of GMRES, which cannot run away.
    subroutine solve_linear(self, system, right, direction, aim)
       class(static_linear_t), intent(inout) :: self
       type(static_system_t), intent(inout) :: system
       real(wp), intent(in) :: right(:), aim
       real(wp), intent(out) :: direction(:)
-      real(wp), allocatable :: diagonal(:), bounded(:)
+      real(wp), allocatable :: diagonal(:), by_gmres(:)
       integer :: patient, products
-      logical :: solved, stopped
+      logical :: solved, cg_may_solve
       call system%renew_diagonal()
       diagonal = system%diagonal
       if (self%elements%wanted .and. .not. self%has_elements) then
@@ -238,23 +239,23 @@ contains
       system%presses = .true.
       self%solves = self%solves + 1
       patient = most_products
-      if (self%tried > 0) patient = min(most_products, max(least_patience, &
-                                                           int(patience*self%iterations/self%tried)))
+      if (self%cg_solved > 0) patient = min(most_products, max(least_patience, &
+                                                           int(patience*self%cg_iterations/self%cg_solved)))
       solved = .false.
-      stopped = .false.
-      if (.not. self%is_general) then
+      cg_may_solve = self%gmres_leads
+      if (.not. self%gmres_leads) then
          call try(.true., patient)
-         stopped = products >= patient .and. patient < most_products
+         cg_may_solve = products >= patient .and. patient < most_products
       end if
       if (.not. solved) then
-         call try(.false., most_general)
-         self%is_general = solved
+         call try(.false., most_gmres)
+         self%gmres_leads = solved
       end if
       if (solved) return
-      if (stopped) then
-         bounded = direction
+      if (cg_may_solve) then
+         by_gmres = direction
          call try(.true., most_products)
-         if (.not. solved) direction = bounded
+         if (.not. solved) direction = by_gmres
       end if
       if (.not. solved) self%unsolved = self%unsolved + 1
    contains
@@ -265,8 +266,8 @@ contains
                                 products, solved)
          self%products = self%products + products
          if (.not. (symmetric .and. solved)) return
-         self%tried = self%tried + 1
-         self%iterations = self%iterations + products
+         self%cg_solved = self%cg_solved + 1
+         self%cg_iterations = self%cg_iterations + products
       end subroutine try
    end subroutine solve_linear
 

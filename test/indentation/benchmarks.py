@@ -19,6 +19,7 @@ import benchmark_cases as cases
 import benchmark_measures as measures
 import benchmarks
 import half_space
+import hardness as hardness_of_runs
 import indentation
 import oliver_pharr
 from benchmark_scenes import Motion, plane_modulus, poisson, power_law, young
@@ -137,6 +138,12 @@ exact = tables["elastic_pyramid"]["exact"]
 check(
     "half-space: pyramids of three and four faces", all(near(pressed[n], exact[str(n)], 3e-4) for n in (3, 4))
 )
+punches = {faces: half_space.punch_stiffness(faces, 160) for faces in (0, 3, 4)}
+check("half-space: a round punch, 2/sqrt(pi)", near(punches[0], 2 / math.sqrt(math.pi), 5e-3))
+check(
+    "half-space: corners make a punch of the same area stiffer",
+    punches[0] < punches[4] < punches[3] < 1.1 * punches[0],
+)
 at = (np.arange(96) + 0.5) / 40 - 1.2
 across = np.hypot(*np.meshgrid(at, at))
 check(
@@ -223,6 +230,22 @@ for row in cases.analysis_rows():
         check(
             f"{row.name}, {reference.name} to the digits", near(found[reference.name], reference.value, 2e-6)
         )
+
+# what the edge of contact_area is off in the cones that take it for the true area, of a cell
+edges, book = [], json.loads((ROOT / "doc/user/benchmarks.json").read_text())
+for row in cases.cone_rows():
+    curvature, *_ = row.references
+    hard = next(r for r in row.references if r.name == "H/Y, true area")
+    for name, grid in row.grids.items():
+        found = book.get(row.key(name), {"found": {}})["found"]
+        if "H/Y, true area" in found and found["H/Y, true area"] == found["H/Y, recovered area"]:
+            area = found["C/Y"] / found["H/Y, recovered area"] / (curvature.value / hard.value)
+            edges.append((math.sqrt(area) - 1) * grid.contact)
+rms = math.sqrt(np.mean(np.square(edges)))
+check(
+    f"the edge of contact_area in {len(edges)} cones: {rms:.2f} cells off, rms",
+    len(edges) > 5 and 0.5 * hardness_of_runs.history_resolution < rms < hardness_of_runs.history_resolution,
+)
 
 # ---- scenes ----
 
