@@ -220,8 +220,8 @@ contains
    !> Collective: K direction = right to `aim`, with pressed points. Conjugate gradients come first. Where
    !> they meet a direction of negative stiffness or take much longer than before, for K is not quite
    !> symmetric, GMRES follows, and leads for the rest of the step if it succeeds. Where it does not,
-   !> conjugate gradients that were cut short, or not tried, go on at length: large problems need many. Of what
-   !> nothing solves the direction is that of GMRES, which cannot run away.
+   !> conjugate gradients that were cut short, or not tried, go on at length: large problems need many.
+   !> Of what nothing solves the direction is that of GMRES, which cannot run away.
    subroutine solve_linear(self, system, right, direction, aim)
       class(static_linear_t), intent(inout) :: self
       type(static_system_t), intent(inout) :: system
