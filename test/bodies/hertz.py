@@ -26,6 +26,7 @@ def cylinder(
     steps=3500,
     per_cell=8,
     static=False,
+    tolerance=1e-6,
 ):
     """Half of a cylinder on a plate 0.8 R thick, its axis along z, pressed along -x by gravity; the plate
     lies on a smooth rigid tool `offset` over a node plane. `static`: in quasi-static steps, as many as
@@ -40,7 +41,10 @@ def cylinder(
     comes_to_rest = f"&damping kind='viscous', coefficient={rate!r} /"
     if static:
         end = 1.0
-        comes_to_rest = f"&quasi_static step={end / steps!r}, max_step={end / steps!r}, ramp={end!r} /"
+        comes_to_rest = (
+            f"&quasi_static tolerance={tolerance!r}, step={end / steps!r}, max_step={end / steps!r}, "
+            f"ramp={end!r} /"
+        )
     run = Run(
         name,
         f"""&scene title='cylinder on a plate', end_time={end!r} /
