@@ -7,7 +7,7 @@ module m_contact_complaints
    use m_tool, only: tool_t
    use m_level, only: level_t
    use m_contact_point, only: candidate_t
-   use m_face_gap, only: near_tool
+   use m_face_gap, only: near_tool, thickest
    use m_candidates, only: candidates_t
    implicit none
    private
@@ -48,6 +48,7 @@ contains
             if (.not. near_tool(tools(tool), level, level%blocks(b))) cycle
             do particle = 1, level%blocks(b)%particles%count
                call tools(tool)%gap_and_normal(column(particle, x:x + 2), gap, normal)
+               if (.not. gap < tools(tool)%spec%penetration_factor*thickest(level)) cycle
                if (gap < tools(tool)%spec%penetration_factor*level%thickness(column(particle, :), &
                      normal)) return
             end do

@@ -12,7 +12,7 @@ module m_transfer
    use m_membership, only: lives_on, may_live_on
    use m_migration, only: migration_t, take_out
    use m_walls, only: keep_inside
-   use m_split, only: split_in_eight, must_split, extents, longest_half_edge
+   use m_split, only: split_in_eight, must_split, extents, longest_half_edge, domain_sizes
    implicit none
    private
    public :: find_changes, change_levels
@@ -57,26 +57,20 @@ contains
       type(block_t), intent(inout) :: block
       logical, intent(in) :: on_fine !< the block is one of the finer level
       integer(i4) :: found(block%particles%count)
-      real(wp) :: x(3), e(3), half, margin
+      real(wp) :: half(block%particles%count), e(block%particles%count, 3), x(3), margin
       integer :: n, p
       logical :: changes
       n = 0
       margin = 0.0_wp
       if (on_fine) margin = exit_margin*fine%grid%cell
+      call domain_sizes(block%particles, fine%layout, e, half)
       associate (column => block%particles%column, at => fine%layout)
          do p = 1, block%particles%count
             x = column(p, at%position:at%position + 2)
-            if (at%domain > 0 .or. at%half_sizes) then
-               e = extents(column(p, :), at)
-               half = longest_half_edge(column(p, :), at)
-            else
-               e = column(p, at%half_size)
-               half = column(p, at%half_size)
-            end if
-            changes = lives_on(fine, x, e, half, margin) .neqv. on_fine
+            changes = lives_on(fine, x, e(p, :), half(p), margin) .neqv. on_fine
             if (on_fine .and. .not. changes) &
                changes = must_split(fine%grid, fine%region, fine%number, nint(column(p, at%refinement)), x, &
-                                    half)
+                                    half(p))
             if (.not. changes) cycle
             n = n + 1
             found(n) = p

@@ -12,7 +12,7 @@ module m_split
    implicit none
    private
    public :: stuff_t, split_long, split_in_eight, must_split, is_whole, largest_tension, half_edges, &
-             fitted_edges, extents, longest_half_edge, octant_of, child_id, longest
+             fitted_edges, extents, longest_half_edge, domain_sizes, octant_of, child_id, longest
 
    !> Longest half edge, in cells. One particle a cell begins with 0.5: a body hardly strained is not to be
    !> split.
@@ -226,6 +226,32 @@ contains
       type(layout_t), intent(in) :: layout
       length = maxval(norm2(half_edges(values, layout), dim=1))
    end function longest_half_edge
+
+   !> Both for the particles of a block, from their columns as they are stored, m.
+   pure subroutine domain_sizes(particles, layout, e, length)
+      type(particle_store_t), intent(in) :: particles
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(out) :: e(particles%count, 3) !< as `extents`
+      real(wp), intent(out) :: length(particles%count) !< as `longest_half_edge`
+      integer :: axis, p
+      associate (column => particles%column, n => particles%count)
+         if (layout%domain > 0) then
+            do axis = 1, 3
+               associate (d => layout%domain + axis - 1)
+                  e(:, axis) = abs(column(:n, d)) + abs(column(:n, d + 3)) + abs(column(:n, d + 6))
+               end associate
+            end do
+            do p = 1, n
+               length(p) = sqrt(maxval(lengths_squared(column, p, layout)))
+            end do
+         else
+            do axis = 1, 3
+               e(:, axis) = column(:n, layout%half_size + merge(axis - 1, 0, layout%half_sizes))
+            end do
+            length = maxval(e, dim=2)
+         end if
+      end associate
+   end subroutine domain_sizes
 
    !> The columns of the eight parts of a particle: halved along all its edges. With the velocity gradient
    !> each has the velocity of its own centre. The bits of its id that tell the parts apart are those of

@@ -135,7 +135,9 @@ contains
          call model%timers%on_level(l)
       end if
       if (.not. model%works_ahead) return
-      if (model%composite(l + 1)%is_parent(b)) return ! the finer level gives to its nodes
+      ! The finer level gives to nodes of parents. Would the others go ahead alone, ranks that have unlike
+      ! shares of parents would wait for each other here and at the sums.
+      if (l < size(model%levels)) return
       call p2g_block(model, l, b)
    end subroutine look_ahead
 

@@ -381,6 +381,8 @@ def table_pairs(bench):
     scenes = {
         'E1': lambda out: shipped_scene('scaling', out, 0.2, history=False),
         'E2, first half': lambda out: shipped_scene('cone', out, 0.5),
+        'E4 on three levels, first quarter': lambda out: shipped_scene('cone_levels', out, 0.25),
+        'cone in metal on five levels, first sixth': lambda out: shipped_scene('indenter', out, 0.17),
     }
     for name, make in scenes.items():
         rounds = [
