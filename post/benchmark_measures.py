@@ -62,6 +62,15 @@ def load_of_half_space(directory, grid, depth, modulus=plane_modulus, share=None
     return smooth_load(record.depth + added, record.load, depth)
 
 
+def mean_pressure(directory):
+    """Load over true area (Pa) of a sharp tool, over the last part of its way in that `make hardness` takes
+    the area from."""
+    _, record = record_of(str(directory))
+    end = int(np.argmax(record.depth))
+    first = int(np.argmax(record.depth >= (1 - hardness.area_share) * record.depth[end]))
+    return float(record.load[first : end + 1].sum() / record.area[first : end + 1].sum())
+
+
 def kinetic(directory):
     """Largest kinetic energy over work, from half of the largest depth on until there."""
     run, record = record_of(str(directory))

@@ -48,6 +48,7 @@ STEPS = [1.0, 0.5]
 PILOT = 0.05  # of the budget: a grid that is tried for less is a pilot
 SEARCH = 0.2  # of the budget: the same while the grids show no order; three are made in any case
 PILOTS = 0.4  # of the budget: no further grid is tried that would bring all of them beyond
+SHARPER = 0.5  # of what is left of it: a finer grid after a miss, to know the limit of the grids better
 ROUNDS = 3
 ENOUGH = 0.5  # of the target: pilots whose error in space is less end; speed and time step come on top
 YARDSTICK = 0.05  # of a run: what may be spent on a pilot before it, and after it, to see the machine's pace
@@ -168,18 +169,20 @@ class Solve:
             key: Sample(self.finest(key), key.speed, key.step, quantities.at(self.quantity, curve, x))
             for key, curve in curves.items()
         }
+        speeds = [self.middle._replace(speed=speed) for speed in (0.5, 2.0)]
+        others = {
+            "speeds": next((key for key in speeds if key in samples), None),
+            "steps": self.middle._replace(step=0.5),
+        }
         pairs = {
             what: (samples[self.middle], samples[other]) if other in samples else None
-            for what, other in (
-                ("speeds", self.middle._replace(speed=2.0)),
-                ("steps", self.middle._replace(step=0.5)),
-            )
+            for what, other in others.items()
         }
         pilots = {key.factor for key in samples if key.is_plain and key.levels <= self.own}
         ladder = {}
-        # one a cell, those like the scene first
+        # one a cell, those like the scene first; with more levels a finer grid differs by more than its cell
         for key in sorted(samples, key=lambda key: (key.levels, not key.is_plain, key.speed, key.step)):
-            if key.factor in pilots or key.factor < min(pilots):
+            if key.levels <= self.own and (key.factor in pilots or key.factor < min(pilots)):
                 ladder.setdefault(key.factor, samples[key])
         errors = Errors(list(ladder.values()), **pairs)
         self.measured = {key: errors.of(sample) for key, sample in samples.items()}
@@ -220,6 +223,33 @@ class Solve:
         if self.speeds:
             self.run(self.middle._replace(speed=2.0))
         self.run(self.middle._replace(step=0.5))
+
+    def sharpen(self, errors):
+        """More pilots after a miss, where they fit into half of what is left of the budget: one at half the
+        speed, where the speed is said to put in much (inertia grows faster than the speed, so that what twice
+        the speed showed is too much below it), and the next finer grid, where the limit of the grids is too
+        open. Whether there are more now."""
+        enough, before = ENOUGH * self.options.error, len(self.done)
+        slower = self.middle._replace(speed=0.5)
+        if self.speeds and errors.parts(self.finest(self.middle))["speed"] > enough:
+            self.one_more(slower, 2 * self.done[self.middle].seconds, "slower")
+        grids = [key for key in self.done if key.is_plain and key.levels <= self.own]
+        finest = min(grids)
+        factor = max((one for one in self.factors if one < finest.factor), default=None)
+        if factor and errors.trust > enough:
+            seconds = self.done[finest].seconds * (finest.factor / factor) ** 4
+            self.one_more(Key(factor, finest.levels), seconds, "finer")
+        return len(self.done) > before
+
+    def one_more(self, key, seconds, what):
+        """A pilot after a miss, if it is new, taken by the program, and not too long (core-seconds)."""
+        if key in self.done or seconds > SHARPER * self.study.ranks * self.left():
+            return
+        try:
+            self.run(key)
+            say(f"pilot      one more, {what}: {self.done[key].said}")
+        except Unusable as fault:
+            say(f"refused    {fault}")
 
     def of_grids(self):
         """The error in space, from the grids alone that were run so far."""
@@ -280,19 +310,22 @@ class Solve:
         return seconds * share, megabytes * (near.factor / key.factor) ** 3
 
     def choices(self, errors):
-        """All settings with what is predicted of them."""
+        """All settings with what is predicted of them, or was found."""
         price = self.price()
         found = []
+        speeds = SPEEDS if self.speeds else [1.0]
+        if self.middle._replace(speed=0.5) in self.done:  # then only the part of slower ones is known
+            speeds = [speed for speed in SPEEDS if speed <= 1.0]
         grids = {(factor, levels) for factor in self.factors for levels in range(self.own, self.most + 1)} | {
             key[:2] for key in self.done
         }
         for factor, levels in sorted(grids - self.refused, reverse=True):
-            for speed in SPEEDS if self.speeds else [1.0]:
+            for speed in speeds:
                 for step in STEPS:
                     key = Key(factor, levels, speed, step)
                     costs = self.costs(key, price)
                     if costs:
-                        error = errors.total(self.finest(key), speed, step)
+                        error = self.measured.get(key, errors.total(self.finest(key), speed, step))
                         found.append(Choice(self.settings(key), key, error, *costs))
         return found
 
@@ -431,11 +464,16 @@ def introduce(solve, errors):
 
 def pick(solve, errors):
     """The cheapest settings that are predicted to meet the target and that the program takes; where they do
-    not fit into what is left of the budget, a run that is there already."""
+    not fit into what is left of the budget, those that meet it with nothing to spare, or a run that is there
+    already."""
     while True:
         choices = solve.choices(errors)
-        cheapest, best = choose(choices, solve.options.error, solve.study.ranks * max(solve.left(), 0.0))
-        if cheapest and cheapest.seconds <= solve.study.ranks * solve.left():
+        left = solve.study.ranks * max(solve.left(), 0.0)
+        cheapest, best = choose(choices, solve.options.error, left)
+        if cheapest is None or cheapest.seconds > left:
+            barely, _ = choose(choices, solve.options.error, left, margin=1.0)
+            cheapest = barely if barely and barely.seconds <= left else cheapest
+        if cheapest and cheapest.seconds <= left:
             if cheapest.key in solve.confirmed or cheapest.key in solve.done:
                 return cheapest
             solve.confirm(cheapest.key)
@@ -454,12 +492,19 @@ def solve_scene(study, options):
     introduce(solve, errors)
     attempts = 0
     while attempts < ROUNDS:
-        choice = pick(solve, errors)
+        try:
+            choice = pick(solve, errors)
+        except Missed:
+            if not solve.sharpen(errors):
+                raise
+            errors = solve.fit()
+            continue
         predicted = choice.seconds / study.ranks
         say(
             f"chosen     {choice.said}: error {choice.error:.2g} %, {predicted:.3g} s on {study.ranks} "
             "rank(s), "
-            f"{choice.megabytes:.3g} MB predicted (aimed at {100 * MARGIN:.0f} % of what was asked for)"
+            f"{choice.megabytes:.3g} MB predicted (aimed at {100 * MARGIN:.0f} % of what was asked for"
+            f"{'' if choice.error <= MARGIN * options.error else ', which does not fit into the budget'})"
         )
         try:
             run, pace = solve.timed(choice)
@@ -478,6 +523,8 @@ def solve_scene(study, options):
             say(f"the target is met: {study.directory / 'answer.json'}, {study.directory / 'chosen.nml'}")
             return
         say("the target is missed: once more, with all runs so far")
+        if solve.sharpen(errors):
+            errors = solve.fit()
     raise Missed(
         f"the target of {options.error:g} % was not reached in {ROUNDS} rounds: {record['error']:.2g} +- "
         f"{record['error_uncertainty']:.2g} % was ({study.directory / 'answer.json'})"

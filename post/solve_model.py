@@ -171,10 +171,10 @@ class Choice:
         return ", ".join(f"{name}={value:.4g}" for name, value in self.settings.items()) or "as the scene is"
 
 
-def choose(choices, target, seconds):
+def choose(choices, target, seconds, margin=MARGIN):
     """The cheapest that is predicted to meet the target with a margin; else None. And the best that the
     seconds buy; else None."""
-    meeting = [choice for choice in choices if choice.error <= MARGIN * target]
+    meeting = [choice for choice in choices if choice.error <= margin * target]
     cheapest = min(meeting, key=lambda choice: choice.seconds, default=None)
     within = [choice for choice in choices if choice.seconds <= seconds]
     best = min(within, key=lambda choice: (choice.error, choice.seconds), default=None)

@@ -24,6 +24,8 @@ module m_contact_area
       real(wp) :: edge = 0.0_wp     !< of its particle, m
       real(wp) :: pressed = 0.0_wp  !< 1: the tool presses it, or has just done so; else 0
       real(wp) :: beside = 0.0_wp   !< how far beside the tool it is, so that none of the tool is above it, m
+      real(wp) :: slope(2) = 0.0_wp !< unit vector across the axis along the tool's normal; 0 on the axis
+      real(wp) :: pressure = 0.0_wp !< of its particle along that normal, Pa
       real(wp) :: outwards(2) = 0.0_wp !< unit vector across the axis from there away from the tool
    end type surface_point_t
 
@@ -46,6 +48,9 @@ module m_contact_area
    real(wp), parameter :: closed = 0.03_wp  !< of the largest gap within a cell: a smaller gap is none
    real(wp), parameter :: around = 1.5_wp   !< cells: a point is in contact that points in contact so near
                                             !< surround
+   real(wp), parameter :: turned = 0.7_wp !< cosine: a point is at a ridge if the slope of the tool's face
+                                          !< turns by more within a cell of it
+   real(wp), parameter :: bears = 0.1_wp  !< of the mean pressure in contact: a point at a ridge bears more
    real(wp), parameter :: shortest = 0.15_wp !< edges: a shorter way says nothing of how gaps open
    integer, parameter :: per_edge = 4       !< the area is counted in squares of 1/4 edge
    real(wp), parameter :: most_squares = 4.0e6_wp
@@ -84,6 +89,7 @@ contains
       points = pack(points, at_surface(points, squares))
       squares = sorted_in_squares(points, cell)
       in_contact = closed_points(points, squares, cell)
+      in_contact = in_contact .or. bearing_at_ridge(points, squares, in_contact, cell)
       in_contact = in_contact .or. surrounded(points, squares, in_contact, around*cell)
       if (.not. any(in_contact)) return ! all that is pressed lies below something
       area = communicator%sum_real(counted(points, squares, in_contact, cell, mirrors, &
@@ -120,6 +126,12 @@ contains
                   count = count + 1
                   found(count) = surface_point_t(matmul(column(near(n), x:x + 2), across), gap, edge)
                   if (abs(column(near(n), carried)) > 0.0_wp) found(count)%pressed = 1.0_wp
+                  found(count)%slope = matmul(normal, across)
+                  found(count)%slope = found(count)%slope/max(norm2(found(count)%slope), tiny(1.0_wp))
+                  associate (s => column(near(n), level%layout%stress:level%layout%stress + 5))
+                     found(count)%pressure = -sum(s(:3)*normal**2) - 2.0_wp*(s(4)*normal(2)*normal(3) &
+                        + s(5)*normal(1)*normal(3) + s(6)*normal(1)*normal(2))
+                  end associate
                   ! from there back along the axis, beyond all gaps that are looked at
                   back = column(near(n), x:x + 2) - 2.0_wp*reach*tool%spec%axis
                   found(count)%beside = tool%most_gap(back)
@@ -196,13 +208,21 @@ contains
                n = n + 1
                images(n) = points(p)
                images(n)%place = points(p)%place - 2.0_wp*beyond*mirrors(m)%normal
-               images(n)%outwards = points(p)%outwards - 2.0_wp*dot_product(mirrors(m)%normal, &
-                                                         points(p)%outwards)*mirrors(m)%normal
+               images(n)%outwards = mirrored(points(p)%outwards, mirrors(m))
+               images(n)%slope = mirrored(points(p)%slope, mirrors(m))
             end associate
          end do
          points = [points, images(:n)]
       end do
    end function with_images
+
+   !> The image of a vector.
+   pure function mirrored(vector, mirror) result(image)
+      real(wp), intent(in) :: vector(2)
+      type(mirror_t), intent(in) :: mirror
+      real(wp) :: image(2)
+      image = vector - 2.0_wp*dot_product(mirror%normal, vector)*mirror%normal
+   end function mirrored
 
    !> Sort points into squares of a width.
    pure function sorted_in_squares(points, width) result(squares)
@@ -281,6 +301,26 @@ contains
          in_contact(p) = points(p)%gap < closed*maxval(points(near(:n))%gap)
       end do
    end function closed_points
+
+   !> Points at a ridge of the tool that bear pressure: nodes do not follow the ridge, so that points beside
+   !> it hover within the contact.
+   pure function bearing_at_ridge(points, squares, in_contact, cell) result(bearing)
+      type(surface_point_t), intent(in) :: points(:)
+      type(squares_t), intent(in) :: squares
+      logical, intent(in) :: in_contact(:)
+      real(wp), intent(in) :: cell !< m
+      logical :: bearing(size(points))
+      real(wp) :: least
+      integer :: near(size(points)), m, n, p
+      least = bears*sum(points%pressure, mask=in_contact)/max(1, count(in_contact))
+      bearing = .not. (in_contact .or. points%beside > 0.0_wp) .and. points%pressure > least
+      do p = 1, size(points)
+         if (.not. bearing(p)) cycle
+         call find_neighbours(points, squares, points(p)%place, cell, near, n)
+         bearing(p) = any([(dot_product(points(near(m))%slope, points(p)%slope) &
+                            < turned*norm2(points(near(m))%slope)*norm2(points(p)%slope), m=1, n)])
+      end do
+   end function bearing_at_ridge
 
    !> Points with others in contact on all sides: no half plane from them is free of these. A surface that
    !> nodes carry hovers there, by less than they can follow.

@@ -2,7 +2,8 @@
 !> Area of contact of made-up points, whose edge is known: a disc in a surface that leaves the tool like an
 !> elastic body (gap as the distance to the power 3/2) or at an angle, points on lattices at many places and
 !> angles, the whole and a quarter of it between two mirrors, on all ranks the same. Points that hover inside
-!> count, buried ones do not; a ring has a hole; nothing pressed is no area.
+!> count, buried ones do not; a ring has a hole; what hovers and bears pressure beside the ridges of a pyramid
+!> counts; nothing pressed is no area.
 program contact_area
    use m_kinds, only: wp
    use m_communicator, only: communicator_t
@@ -17,6 +18,7 @@ program contact_area
    call discs(5.0_wp, 0.03_wp)
    call discs(8.0_wp, 0.02_wp)
    call ring()
+   call ridges()
    call test%check(.not. area_of([surface_point_t([0.0_wp, 0.0_wp], 0.1_wp, edge, 0.0_wp)], whole()) > &
                    0.0_wp, 'nothing pressed')
    call test%finish()
@@ -112,5 +114,33 @@ contains
       points = pack(points, points%gap < cell)
       call test%check_close(area_of(points, whole()), 48.0_wp*pi, 0.04_wp*48.0_wp*pi, 'ring')
    end subroutine ring
+
+   !> A square under the four faces of a pyramid; beside its ridges, away from the tip, points hover. A
+   !> control: without pressure the corners are missing.
+   subroutine ridges()
+      type(surface_point_t) :: points(40*40)
+      real(wp) :: x(2), out
+      integer :: i, j, n
+      n = 0
+      do j = -20, 19
+         do i = -20, 19
+            x = edge*[i, j] + 0.25_wp
+            out = maxval(abs(x)) - 4.0_wp
+            n = n + 1
+            points(n) = surface_point_t(x, max(0.0_wp, 0.36_wp*out), edge, 1.0_wp)
+            if (out > 0.0_wp) points(n)%pressed = 0.0_wp
+            points(n)%slope = merge([sign(1.0_wp, x(1)), 0.0_wp], [0.0_wp, sign(1.0_wp, x(2))], &
+                                    abs(x(1)) > abs(x(2)))
+            points(n)%pressure = merge(-0.1_wp, 1.0_wp, out > 0.0_wp)
+            if (out < 0.0_wp .and. norm2(x) > 3.0_wp .and. abs(abs(x(1)) - abs(x(2))) < 1.1_wp) then
+               points(n)%gap = 0.15_wp
+               points(n)%pressed = 0.0_wp
+            end if
+         end do
+      end do
+      call test%check_close(area_of(points, whole()), 64.0_wp, 1.3_wp, 'ridges')
+      points%pressure = 0.0_wp
+      call test%check(area_of(points, whole()) < 60.0_wp, 'ridges that bear nothing')
+   end subroutine ridges
 
 end program contact_area
