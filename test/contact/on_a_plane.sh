@@ -1,4 +1,5 @@
 #!/bin/bash
+#test: long
 #test: limit 120
 # Where the face of a body stands in its cell must not matter: a damped block at rest on a floor that lies on a node plane, a little above and
 # below it; the stress of its first layers; and the momentum that tools give a block that they have squeezed.

@@ -1,4 +1,5 @@
 #!/bin/bash
+#test: long
 #test: beside
 #test: limit 120
 # A polycrystal that spins and flows, on two levels, is split and changes blocks and levels: the same bits on 1, 2 and 4 ranks and after

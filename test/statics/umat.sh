@@ -1,4 +1,5 @@
 #!/bin/sh
+#test: long
 #test: beside
 # model='umat': the UMAT that comes with it against model='j2', its Newton iterations, PNEWDT, arguments, explicit steps, refusals.
 #test: limit 240
