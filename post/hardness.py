@@ -63,7 +63,7 @@ keys = (
 area_share = 0.2  # of the largest depth, before the unloading: rows that the true area is taken from
 # Of the finest cells, which tools are thought to stand on: how far the edge of the contact_area of the
 # history is off, rms, in the rows of B1 in doc/user/benchmarks.md that take it for the true area (0.12), and
-# under the elastic pyramids of B4 (0.14; test indentation/benchmarks)
+# under the elastic pyramids of B4 (0.09 at most; test indentation/benchmarks)
 history_resolution = 0.15
 
 # name of the table's row, key, unit ("" for a pure number)

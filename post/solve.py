@@ -243,13 +243,14 @@ class Solve:
 
     def one_more(self, key, seconds, what):
         """A pilot after a miss, if it is new, taken by the program, and not too long (core-seconds)."""
-        if key in self.done or seconds > SHARPER * self.study.ranks * self.left():
+        if key in self.done or key[:2] in self.refused or seconds > SHARPER * self.study.ranks * self.left():
             return
         try:
             self.run(key)
             say(f"pilot      one more, {what}: {self.done[key].said}")
         except Unusable as fault:
             say(f"refused    {fault}")
+            self.refused -= {one[:2] for one in self.done}  # that grid is taken as it is
 
     def of_grids(self):
         """The error in space, from the grids alone that were run so far."""
@@ -325,7 +326,8 @@ class Solve:
                     key = Key(factor, levels, speed, step)
                     costs = self.costs(key, price)
                     if costs:
-                        error = self.measured.get(key, errors.total(self.finest(key), speed, step))
+                        error = errors.total(self.finest(key), speed, step)
+                        error = max(error, self.measured.get(key, 0.0))  # where errors cancel: their sizes
                         found.append(Choice(self.settings(key), key, error, *costs))
         return found
 
@@ -462,27 +464,28 @@ def introduce(solve, errors):
         say("speed      is part of the problem here: it stays as it is")
 
 
-def pick(solve, errors):
-    """The cheapest settings that are predicted to meet the target and that the program takes; where they do
-    not fit into what is left of the budget, those that meet it with nothing to spare, or a run that is there
-    already."""
+def pick(solve, errors, again):
+    """The cheapest settings that are predicted to meet the target with a margin and that the program takes;
+    where they do not fit into what is left of the budget, those that meet it with nothing to spare, or a run
+    that is there already. `again`, after a miss: first of all such a run."""
+    target = solve.options.error
     while True:
         choices = solve.choices(errors)
         left = solve.study.ranks * max(solve.left(), 0.0)
-        cheapest, best = choose(choices, solve.options.error, left)
-        if cheapest is None or cheapest.seconds > left:
-            barely, _ = choose(choices, solve.options.error, left, margin=1.0)
-            cheapest = barely if barely and barely.seconds <= left else cheapest
-        if cheapest and cheapest.seconds <= left:
-            if cheapest.key in solve.confirmed or cheapest.key in solve.done:
-                return cheapest
-            solve.confirm(cheapest.key)
+        known, _ = choose([one for one in choices if one.key in solve.done], target, 0.0, margin=1.0)
+        if known and again:
+            return known
+        for margin in (MARGIN, 1.0):
+            cheapest, best = choose(choices, target, left, margin)
+            if cheapest and cheapest.seconds <= left:
+                break
         else:
-            made = [choice for choice in choices if choice.key in solve.done]
-            cheapest_made, _ = choose(made, solve.options.error, 0.0)
-            if cheapest_made:
-                return cheapest_made
+            if known:
+                return known
             raise Missed(refusal(solve, cheapest, best, min(choice.error for choice in choices)))
+        if cheapest.key in solve.confirmed or cheapest.key in solve.done:
+            return cheapest
+        solve.confirm(cheapest.key)
 
 
 def solve_scene(study, options):
@@ -493,7 +496,7 @@ def solve_scene(study, options):
     attempts = 0
     while attempts < ROUNDS:
         try:
-            choice = pick(solve, errors)
+            choice = pick(solve, errors, attempts > 0)
         except Missed:
             if not solve.sharpen(errors):
                 raise
@@ -504,7 +507,7 @@ def solve_scene(study, options):
             f"chosen     {choice.said}: error {choice.error:.2g} %, {predicted:.3g} s on {study.ranks} "
             "rank(s), "
             f"{choice.megabytes:.3g} MB predicted (aimed at {100 * MARGIN:.0f} % of what was asked for"
-            f"{'' if choice.error <= MARGIN * options.error else ', which does not fit into the budget'})"
+            f"{'' if choice.error <= MARGIN * options.error else '; this has less to spare'})"
         )
         try:
             run, pace = solve.timed(choice)
@@ -522,6 +525,8 @@ def solve_scene(study, options):
         if record["met"]:
             say(f"the target is met: {study.directory / 'answer.json'}, {study.directory / 'chosen.nml'}")
             return
+        if attempts == ROUNDS:
+            break
         say("the target is missed: once more, with all runs so far")
         if solve.sharpen(errors):
             errors = solve.fit()

@@ -48,9 +48,10 @@ module m_contact_area
    real(wp), parameter :: closed = 0.03_wp  !< of the largest gap within a cell: a smaller gap is none
    real(wp), parameter :: around = 1.5_wp   !< cells: a point is in contact that points in contact so near
                                             !< surround
-   real(wp), parameter :: turned = 0.7_wp !< cosine: a point is at a ridge if the slope of the tool's face
+   real(wp), parameter :: turned = 0.75_wp !< cosine: a point is at a ridge if the slope of the tool's face
                                           !< turns by more within a cell of it
-   real(wp), parameter :: bears = 0.1_wp  !< of the mean pressure in contact: a point at a ridge bears more
+   real(wp), parameter :: bears = 0.1_wp  !< of the mean pressure in contact: a point at a ridge bears more,
+   real(wp), parameter :: hovers = 0.25_wp !< and has a smaller gap, edges
    real(wp), parameter :: shortest = 0.15_wp !< edges: a shorter way says nothing of how gaps open
    integer, parameter :: per_edge = 4       !< the area is counted in squares of 1/4 edge
    real(wp), parameter :: most_squares = 4.0e6_wp
@@ -312,8 +313,9 @@ contains
       logical :: bearing(size(points))
       real(wp) :: least
       integer :: near(size(points)), m, n, p
-      least = bears*sum(points%pressure, mask=in_contact)/max(1, count(in_contact))
-      bearing = .not. (in_contact .or. points%beside > 0.0_wp) .and. points%pressure > least
+      least = max(0.0_wp, bears*sum(points%pressure, mask=in_contact)/max(1, count(in_contact)))
+      bearing = .not. (in_contact .or. points%beside > 0.0_wp) .and. points%pressure > least &
+                .and. points%gap < hovers*points%edge
       do p = 1, size(points)
          if (.not. bearing(p)) cycle
          call find_neighbours(points, squares, points(p)%place, cell, near, n)

@@ -131,14 +131,18 @@ contains
             if (out > 0.0_wp) points(n)%pressed = 0.0_wp
             points(n)%slope = merge([sign(1.0_wp, x(1)), 0.0_wp], [0.0_wp, sign(1.0_wp, x(2))], &
                                     abs(x(1)) > abs(x(2)))
+            if (i == j .or. i == -1 - j) points(n)%slope = sign(sqrt(0.5_wp), x) ! on the ridge itself
             points(n)%pressure = merge(-0.1_wp, 1.0_wp, out > 0.0_wp)
             if (out < 0.0_wp .and. norm2(x) > 3.0_wp .and. abs(abs(x(1)) - abs(x(2))) < 1.1_wp) then
-               points(n)%gap = 0.15_wp
+               points(n)%gap = 0.1_wp
                points(n)%pressed = 0.0_wp
             end if
          end do
       end do
       call test%check_close(area_of(points, whole()), 64.0_wp, 1.3_wp, 'ridges')
+      ! metal beside the contact keeps stresses, but leaves the tool
+      where (points%gap > 0.125_wp) points%pressure = 0.3_wp
+      call test%check_close(area_of(points, whole()), 64.0_wp, 2.0_wp, 'ridges, stresses beside them')
       points%pressure = 0.0_wp
       call test%check(area_of(points, whole()) < 60.0_wp, 'ridges that bear nothing')
    end subroutine ridges
