@@ -1,4 +1,5 @@
 !test: ranks 1 2 4
+!test: limit 240
 module m_coupled
    use mpi_f08
    use m_kinds, only: wp
