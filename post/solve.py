@@ -48,7 +48,7 @@ STEPS = [1.0, 0.5]
 PILOT = 0.05  # of the budget: a grid that is tried for less is a pilot
 SEARCH = 0.2  # of the budget: the same while the grids show no order; three are made in any case
 PILOTS = 0.4  # of the budget: no further grid is tried that would bring all of them beyond
-SHARPER = 0.5  # of what is left of it: a finer grid after a miss, to know the limit of the grids better
+SHARPER = 0.5  # of what is left of it: a pilot that is added after a miss
 ROUNDS = 3
 ENOUGH = 0.5  # of the target: pilots whose error in space is less end; speed and time step come on top
 YARDSTICK = 0.05  # of a run: what may be spent on a pilot before it, and after it, to see the machine's pace
@@ -122,7 +122,7 @@ class Solve:
         self.speeds = speed_is_free(case)
         self.started = time.monotonic()
         self.done = {}  # Key: run
-        self.refused = set()  # (factor, levels) that the program does not take
+        self.refused = set()  # by the program: (factor, levels), or a Key at another speed or step
         self.planned = {}  # levels: (Key, Planned), for what has no run yet
         self.measured = {}  # Key: error of a run, per cent
         self.confirmed = {}  # Key: core-seconds, MB, by a plan of it
@@ -145,18 +145,22 @@ class Solve:
             found["safety"] = key.step * self.base.get("safety", 0.35)
         return found
 
+    def refuse(self, key):
+        """A grid that cannot be run as the scene is, or settings that its grid alone does not explain."""
+        self.refused.add(key[:2] if key.is_plain else key)
+
     def run(self, key):
         """The run of settings, made if it is not there."""
         run = self.study.run(self.settings(key))
         if not run.done:
             run.go()
         if not run.good:
-            self.refused.add(key[:2])
+            self.refuse(key)
             raise Unusable(f"{run.said or 'as the scene is'}: {run.record['fault']}")
         try:
             quantities.curve_of(run, self.quantity)
         except BadSetting as fault:
-            self.refused.add(key[:2])
+            self.refuse(key)
             raise Unusable(f"{run.said or 'as the scene is'}: {fault}") from fault
         self.done[key] = run
         return run
@@ -243,14 +247,15 @@ class Solve:
 
     def one_more(self, key, seconds, what):
         """A pilot after a miss, if it is new, taken by the program, and not too long (core-seconds)."""
-        if key in self.done or key[:2] in self.refused or seconds > SHARPER * self.study.ranks * self.left():
+        if key in self.done or {key, key[:2]} & self.refused:
+            return
+        if seconds > SHARPER * self.study.ranks * self.left():
             return
         try:
             self.run(key)
             say(f"pilot      one more, {what}: {self.done[key].said}")
         except Unusable as fault:
             say(f"refused    {fault}")
-            self.refused -= {one[:2] for one in self.done}  # that grid is taken as it is
 
     def of_grids(self):
         """The error in space, from the grids alone that were run so far."""
@@ -324,7 +329,7 @@ class Solve:
             for speed in speeds:
                 for step in STEPS:
                     key = Key(factor, levels, speed, step)
-                    costs = self.costs(key, price)
+                    costs = None if key in self.refused else self.costs(key, price)
                     if costs:
                         error = errors.total(self.finest(key), speed, step)
                         error = max(error, self.measured.get(key, 0.0))  # where errors cancel: their sizes

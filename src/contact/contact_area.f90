@@ -48,10 +48,11 @@ module m_contact_area
    real(wp), parameter :: closed = 0.03_wp  !< of the largest gap within a cell: a smaller gap is none
    real(wp), parameter :: around = 1.5_wp   !< cells: a point is in contact that points in contact so near
                                             !< surround
-   real(wp), parameter :: turned = 0.75_wp !< cosine: a point is at a ridge if the slope of the tool's face
-                                          !< turns by more within a cell of it
-   real(wp), parameter :: bears = 0.1_wp  !< of the mean pressure in contact: a point at a ridge bears more,
-   real(wp), parameter :: hovers = 0.25_wp !< and has a smaller gap, edges
+   real(wp), parameter :: turned = 0.75_wp !< cosine: at a ridge the slope of the tool's face turns by more
+                                           !< within a cell; by 45 degrees from a face to the ridge of four
+   real(wp), parameter :: bears = 0.1_wp   !< of the mean pressure in contact: a point at a ridge that bears
+                                           !< more,
+   real(wp), parameter :: hovers = 0.25_wp !< edges: and whose gap is smaller, is in contact
    real(wp), parameter :: shortest = 0.15_wp !< edges: a shorter way says nothing of how gaps open
    integer, parameter :: per_edge = 4       !< the area is counted in squares of 1/4 edge
    real(wp), parameter :: most_squares = 4.0e6_wp

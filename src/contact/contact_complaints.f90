@@ -48,6 +48,7 @@ contains
             if (.not. near_tool(tools(tool), level, level%blocks(b))) cycle
             do particle = 1, level%blocks(b)%particles%count
                call tools(tool)%gap_and_normal(column(particle, x:x + 2), gap, normal)
+               ! hardly any particle is so near that its own thickness must be found
                if (.not. gap < tools(tool)%spec%penetration_factor*thickest(level)) cycle
                if (gap < tools(tool)%spec%penetration_factor*level%thickness(column(particle, :), &
                      normal)) return

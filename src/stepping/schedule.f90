@@ -135,8 +135,8 @@ contains
          call model%timers%on_level(l)
       end if
       if (.not. model%works_ahead) return
-      ! The finer level gives to nodes of parents. Would the others go ahead alone, ranks that have unlike
-      ! shares of parents would wait for each other here and at the sums.
+      ! Parents must wait for what the finer level gives to their nodes. The other blocks wait with them: a
+      ! rank with more parents than others would be waited for at the sums, and would wait here.
       if (l < size(model%levels)) return
       call p2g_block(model, l, b)
    end subroutine look_ahead
