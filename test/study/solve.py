@@ -239,6 +239,12 @@ check(
     "a budget that does not do: what it would take, and what is to be had",
     status == 1 and "would take" in said and "is to be had" in said,
 )
+status, said, answer, _ = solve(0.5, 1e5, "boxes", out="out_inertia", A=0.02, ORDER=1.5, Q=0.004)
+true = status == 0 and 100 * 0.004 * answer["settings"].get("speed", 1.0) ** 2 + true_error(answer, 0.02, 1.5)
+check(
+    f"a speed that counts by its square: one pilot more, met, {true:.3g} % true at most",
+    status == 0 and "is missed" in said and "one more, slower" in said and true <= 0.5,
+)
 status, said, _, calls = solve(0.001, 1e9, out="out_never", A=0.2, ORDER=1.0)
 check("an error that no settings have", status == 1 and "is not to be had" in said)
 status, said, answer, _ = solve(1, 1e5, out="out_jump", A=0.02, ORDER=1.5, JUMP=0.45)
