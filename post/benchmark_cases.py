@@ -846,8 +846,8 @@ def cases():
             "512). By these the areas of the reference are from 7 % too small (a circle, where metal "
             "piles up) over 5 % (a triangle) to 29 % too large (elastic). H misses its bound by more than "
             "that explains: at E/Y = 100 the outline is nearly a triangle, and by S its area is 7 % "
-            "larger than the one measured. The fine rows, and E/Y = 700, are of a program that had the area "
-            "by gaps alone, without pressure at ridges; that changes H by 0.6 and 1.5 % on the coarse grid.",
+            "larger than the one measured. At E/Y = 700 the recovered area is by gaps alone, without "
+            "pressure at ridges, which changes H by 0.6 to 1.5 % in the other rows.",
             berkovich_rows(),
         ),
         Case(
