@@ -10,6 +10,7 @@ module m_filesystem
    public :: read_file, read_standard_input, sync_file, list_files, same_file, system_reason, system_error
    public :: link_file, create_file, touch_file, time_of_file, locks_are_refused
 
+   integer(c_int), parameter :: no_such_file = 2 ! errno
    integer(c_int), parameter :: may_search = 1, may_write = 2, permissions = 511 ! rwxrwxrwx, less the umask
    integer, parameter :: piece = 65536
    integer, parameter :: longest_path = 4096     ! PATH_MAX of Linux
@@ -30,6 +31,10 @@ module m_filesystem
          character(kind=c_char), intent(in) :: path(*)
          integer(c_int), value :: mode
       end function c_mkdir
+      type(c_ptr) function c_mkdtemp(template) bind(c, name='mkdtemp')
+         import :: c_ptr, c_char
+         character(kind=c_char), intent(inout) :: template(*) !< ends with XXXXXX, which it replaces
+      end function c_mkdtemp
       integer(c_int) function c_rmdir(path) bind(c, name='rmdir')
          import :: c_char, c_int
          character(kind=c_char), intent(in) :: path(*)
@@ -152,21 +157,28 @@ contains
       if (c_mkdir(path//c_null_char, permissions) /= 0) ok = is_directory(path)
    end subroutine make_directory
 
-   !> Whether a directory is there and can be written to, or could be made. Leaves nothing behind: what it
-   !> makes it removes.
-   recursive logical function can_make_directory(path) result(ok)
+   !> Whether a directory is there and can be written to, or could be made: one of its form can, below a name
+   !> of our own, and is removed again. The directory itself another run may begin to use at any time.
+   logical function can_make_directory(path) result(ok)
       character(len=*), intent(in) :: path
-      character(len=:), allocatable :: first
-      logical :: made
+      character(len=:), allocatable :: first, own
       if (is_directory(path)) then
          ok = is_writable(path)
          return
       end if
       first = first_missing(path)
-      call make_directory(path, made)
-      ok = made
-      if (ok) ok = is_writable(path)
-      call remove_empty(path, first)
+      ok = c_access(first//c_null_char, 0_c_int) /= 0 ! else a file has its name
+      if (ok) ok = system_error() == no_such_file     ! else it cannot be a name
+      if (.not. ok) return
+      own = parent(first)//'/.gimp3d_XXXXXX'//c_null_char
+      ok = c_associated(c_mkdtemp(own))
+      if (.not. ok) return
+      own = own(:len(own) - 1)
+      associate (like => own//path(len(first) + 1:))
+         call make_directory(like, ok)
+         if (ok) ok = is_writable(like)
+         call remove_empty(like, own)
+      end associate
    end function can_make_directory
 
    !> Remove the empty directories from `path` up to `first`.

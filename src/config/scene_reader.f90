@@ -146,7 +146,7 @@ contains
       end subroutine note
    end subroutine note_places
 
-   !> The output can be written. Rank 0 looks; what it makes to see it removes.
+   !> The output can be written, as rank 0 sees it.
    subroutine check_directory(communicator, parsed, scene, error)
       type(communicator_t), intent(in) :: communicator
       type(namelist_text_t), intent(in) :: parsed
