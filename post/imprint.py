@@ -13,10 +13,15 @@ from scipy.optimize import least_squares
 from scipy.spatial import cKDTree
 
 import indentation
+from run_data import depth_of
 
 # Of a particle's width: what a contact's radius is off on exact surfaces (Hertz, Sneddon, a wedge), 6 to 16
 # particles wide
 edge_resolution = 0.15
+
+# Of a cell: half width of the hat with which the gap beside a contact's edge is smoothed, for a grid does not
+# bend within a cell as sharply as the surface beside a lip (theory.md, eq. contact-edge)
+rounded = 2 / 3
 
 # Between the middle of a pyramid's face and its edge, for contact_area
 sectors = 4
@@ -41,13 +46,14 @@ class Frame:
 class Surface:
     """Points of a body's surface: places (n x 2, m, along through and across), heights (n, m), half widths of
     the particles below them (n, m), and the pressures there (n, Pa): `stress` normal to the surface that was,
-    `contact` of the contact itself."""
+    `contact` of the contact itself; width of the grid's finest cells (m)."""
 
     places: np.ndarray
     heights: np.ndarray
     half_widths: np.ndarray
     stress: np.ndarray
     contact: np.ndarray
+    cell: float
 
     @property
     def radii(self):
@@ -132,7 +138,8 @@ def surface_of(particles, frame, case, body_number, reach, normals=()):
         if "contact_pressure" in particles.fields
         else 0 * stress
     )
-    surface = Surface(at[shown], top[shown], own[shown], stress, contact)
+    cell = case["grid"][0]["cell_size"][0] / 2 ** depth_of(case)
+    surface = Surface(at[shown], top[shown], own[shown], stress, contact, cell)
     for normal in normals:
         image = np.array([np.dot(normal, frame.through), np.dot(normal, frame.across)])
         mirrored = surface.places - 2 * (surface.places @ image)[:, None] * image
@@ -143,7 +150,8 @@ def surface_of(particles, frame, case, body_number, reach, normals=()):
                     (surface.places, surface.heights, surface.half_widths, surface.stress, surface.contact),
                     (mirrored, surface.heights, surface.half_widths, surface.stress, surface.contact),
                 )
-            )
+            ),
+            cell,
         )
     return surface
 
@@ -244,12 +252,19 @@ def tool_height(tool, places):
     return np.where(r < rounding * math.cos(angle), ball, np.maximum(sharp, 0.0))
 
 
+def opening(distance, power):
+    """A power of the distance (cells) from a contact's edge, 0 within, smoothed by a hat of the half width
+    `rounded`."""
+    x, s, q = distance, rounded, power + 2
+    return sum(f * np.maximum(x + d, 0.0) ** q for f, d in ((1, s), (-2, 0), (1, -s))) / (s * s * q * (q - 1))
+
+
 def contact_radius(surface, tool, tip):
     """Radius (m) at which a surface leaves a tool that is round about its axis, and its uncertainty; `tip` is
-    the height of the tip (m). The gap between them near the edge is fitted by c (r - a)^q, 0 within a, with q
-    between 1 (the wedge beside pile-up) and 3/2 (beside an elastic contact, Johnson 1985), over two particles
-    within and three outside. What two and five outside give instead is its uncertainty, with edge_resolution
-    of a particle. None where no gap opens, or no contact is seen."""
+    the height of the tip (m). The gap between them near the edge is fitted by c (r - a)^q, 0 within a, as the
+    grid shows it (opening), with q between 1 (the wedge beside pile-up) and 3/2 (beside an elastic contact,
+    Johnson 1985), over a cell within and two outside. What one and a half and three outside give instead is
+    its uncertainty, with edge_resolution of a particle. None where no gap opens, or no contact is seen."""
     if tool["shape"][0] not in ("sphere", "cone"):
         return None
     gap = tip + tool_height(tool, surface.places) - surface.heights
@@ -275,19 +290,19 @@ def contact_radius(surface, tool, tip):
     first, unit = float(radius[np.argmax(open_)]), float(width[np.argmax(open_)])
 
     def edge_of(outside):
-        near = (radius > first - 2 * unit) & (radius < first + outside * unit)
-        r, g = (radius[near] - first) / unit, gap[near] / unit
+        near = (radius > first - surface.cell) & (radius < first + outside * surface.cell)
+        r, g = (radius[near] - first) / surface.cell, gap[near] / surface.cell
         if r.size < 8:
             return None
         found = least_squares(
-            lambda x: x[1] * np.maximum(r - x[0], 0.0) ** x[2] - g,
-            [-0.3, max(float(g.max()) / outside, 1e-6), 1.25],
-            bounds=([-2.0, 0.0, 1.0], [1.0, np.inf, 1.5]),
+            lambda x: x[1] * opening(r - x[0], x[2]) - g,
+            [-0.15, max(float(g.max()) / outside, 1e-6), 1.25],
+            bounds=([-1.0, 0.0, 1.0], [1.0, np.inf, 1.5]),
             x_scale=[1, max(float(g.max()), 1e-6), 1],
         )
-        return first + found.x[0] * unit
+        return first + found.x[0] * surface.cell
 
-    edges = [edge for edge in map(edge_of, (3, 2, 5)) if edge is not None]
+    edges = [edge for edge in map(edge_of, (2, 1.5, 3)) if edge is not None]
     if not edges:
         return None
     return edges[0], math.hypot(
@@ -317,6 +332,7 @@ def contact_area(surface, tool, tip):
         part = Surface(
             np.stack([across[inside], 0 * across[inside]], axis=1),
             *(a[inside] for a in (surface.heights, surface.half_widths, surface.stress, surface.contact)),
+            surface.cell,
         )
         edges.append(contact_radius(part, flank, tip))
         if edges[-1] is None:

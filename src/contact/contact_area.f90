@@ -1,44 +1,28 @@
 !> Area over which a tool and the bodies are in contact, seen along the tool's axis (theory.md, eq.
-!> contact-area): from the gaps of the points at the surface on both sides of the contact's edge, and from
+!> contact-edge): from the gaps of the points at the surface on both sides of the contact's edge, and from
 !> which of them are pressed.
 module m_contact_area
    use mpi_f08
    use m_kinds, only: wp
    use m_communicator, only: communicator_t
    use m_vectors, only: tangents
+   use m_field_table, only: layout_t
    use m_scene, only: boundary_symmetry
    use m_tool, only: tool_t
    use m_material, only: material_t
    use m_materials, only: materials_t
    use m_level, only: level_t
+   use m_surface_points, only: surface_point_t, squares_t, sorted_in_squares, find_neighbours
+   use m_contact_edge, only: find_edges, ahead
    use m_face_gap, only: find_gap, near_tool, particles_near, thickest
    implicit none
    private
-   public :: projected_area, area_of_points, surface_point_t, mirror_t
-
-   !> A contact point near the tool, as seen along its axis: reals alone, for ranks send them.
-   type :: surface_point_t
-      sequence
-      real(wp) :: place(2) = 0.0_wp !< across the axis, m
-      real(wp) :: gap = 0.0_wp      !< m
-      real(wp) :: edge = 0.0_wp     !< of its particle, m
-      real(wp) :: pressed = 0.0_wp  !< 1: the tool presses it, or has just done so; else 0
-      real(wp) :: beside = 0.0_wp   !< how far beside the tool it is, so that none of the tool is above it, m
-      real(wp) :: slope(2) = 0.0_wp !< unit vector across the axis along the tool's normal; 0 on the axis
-      real(wp) :: pressure = 0.0_wp !< of its particle along that normal, Pa
-      real(wp) :: outwards(2) = 0.0_wp !< unit vector across the axis from there away from the tool
-   end type surface_point_t
+   public :: projected_area, area_of_points, mirror_t
 
    !> A plane of symmetry that the axis is parallel to: a line, inside which `normal` . place >= `from`.
    type :: mirror_t
       real(wp) :: normal(2) = 0.0_wp, from = 0.0_wp
    end type mirror_t
-
-   !> Points by the squares of a cell's width in which they lie.
-   type :: squares_t
-      real(wp) :: low(2) = 0.0_wp, width = 1.0_wp
-      integer, allocatable :: first(:, :), next(:)
-   end type squares_t
 
    real(wp), parameter :: farthest = 1.5_wp !< cells: gaps that are looked at
    real(wp), parameter :: buried = 0.4_wp !< a point is not at the surface if another one beside it is nearer
@@ -53,7 +37,6 @@ module m_contact_area
    real(wp), parameter :: bears = 0.1_wp   !< of the mean pressure in contact: a point at a ridge that bears
                                            !< more,
    real(wp), parameter :: hovers = 0.25_wp !< edges: and whose gap is smaller, is in contact
-   real(wp), parameter :: shortest = 0.15_wp !< edges: a shorter way says nothing of how gaps open
    integer, parameter :: per_edge = 4       !< the area is counted in squares of 1/4 edge
    real(wp), parameter :: most_squares = 4.0e6_wp
    integer, parameter :: point_reals = storage_size(surface_point_t())/storage_size(1.0_wp)
@@ -86,7 +69,7 @@ contains
       logical, allocatable :: in_contact(:)
       area = 0.0_wp
       if (.not. any(given%pressed > 0.0_wp)) return
-      points = with_images(given, mirrors, 2.0_wp*cell)
+      points = with_images(given, mirrors, 2.0_wp*ahead*cell)
       squares = sorted_in_squares(points, cell)
       points = pack(points, at_surface(points, squares))
       squares = sorted_in_squares(points, cell)
@@ -124,7 +107,12 @@ contains
                do n = 1, size(near)
                   call find_gap(tool, level, materials, b, near(n), reach, gap, normal, edge, thickness)
                   if (gap > reach) cycle
-                  gap = gap + unloaded(materials%slots(materials%of_body(block%particles%body(near(n))))%law)
+                  ! without the particle's own stress: points that the nodes hold off the tool are not
+                  ! pressed, but their particles have the pressure in their stress
+                  associate (law => materials%slots(materials%of_body(block%particles%body(near(n))))%law)
+                     gap = gap + tool%spec%penetration_factor*thickness &
+                           *(1.0_wp - exp(-elastic_strain(law, column(near(n), :), level%layout, normal)))
+                  end associate
                   count = count + 1
                   found(count) = surface_point_t(matmul(column(near(n), x:x + 2), across), gap, edge)
                   if (abs(column(near(n), carried)) > 0.0_wp) found(count)%pressed = 1.0_wp
@@ -145,16 +133,22 @@ contains
             end associate
          end do
       end associate
-   contains
-      !> How much the gap changes when the particle's own stress is taken off it, m: points that the nodes
-      !> hold off the tool are not pressed, but their particles have the pressure in their stress.
-      real(wp) function unloaded(law)
-         class(material_t), intent(in) :: law
-         real(wp) :: stretch
-         stretch = law%stretch(level%blocks(b)%particles%column(near(n), :), level%layout, normal)
-         unloaded = tool%spec%penetration_factor*thickness*(1.0_wp - 1.0_wp/stretch)
-      end function unloaded
    end function points_near
+
+   !> Elastic strain of a particle along a direction: the slope of the energy of stresses.
+   pure real(wp) function elastic_strain(law, values, layout, direction) result(strain)
+      class(material_t), intent(in) :: law
+      real(wp), intent(in) :: values(:)    !< the particle's columns
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: direction(3) !< unit vector
+      real(wp) :: along(6)
+      associate (d => direction, unit => law%p_wave_modulus(), &
+                 stress => values(layout%stress:layout%stress + 5))
+         along = unit*[d**2, d(2)*d(3), d(1)*d(3), d(1)*d(2)]
+         strain = (law%energy_of_stress(values, layout, stress + along) &
+                   - law%energy_of_stress(values, layout, stress - along))/(2.0_wp*unit)
+      end associate
+   end function elastic_strain
 
    !> Collective: the points of all ranks, by rank.
    subroutine gather(communicator, own, points)
@@ -225,57 +219,6 @@ contains
       real(wp) :: image(2)
       image = vector - 2.0_wp*dot_product(mirror%normal, vector)*mirror%normal
    end function mirrored
-
-   !> Sort points into squares of a width.
-   pure function sorted_in_squares(points, width) result(squares)
-      type(surface_point_t), intent(in) :: points(:)
-      real(wp), intent(in) :: width !< m
-      type(squares_t) :: squares
-      integer :: at(2), p
-      squares%width = width
-      squares%low = [minval(points%place(1)), minval(points%place(2))]
-      at = square_of(squares, [maxval(points%place(1)), maxval(points%place(2))])
-      allocate (squares%first(0:at(1), 0:at(2)), source=0)
-      allocate (squares%next(size(points)))
-      do p = size(points), 1, -1
-         at = square_of(squares, points(p)%place)
-         squares%next(p) = squares%first(at(1), at(2))
-         squares%first(at(1), at(2)) = p
-      end do
-   end function sorted_in_squares
-
-   pure function square_of(squares, place) result(at)
-      type(squares_t), intent(in) :: squares
-      real(wp), intent(in) :: place(2)
-      integer :: at(2)
-      at = floor((place - squares%low)/squares%width)
-   end function square_of
-
-   !> The points within a distance of a place: the first `count` of `near`. No list is allocated here, for
-   !> this is asked at every small square of the area.
-   pure subroutine find_neighbours(points, squares, place, distance, near, count)
-      type(surface_point_t), intent(in) :: points(:)
-      type(squares_t), intent(in) :: squares
-      real(wp), intent(in) :: place(2), distance !< m
-      integer, intent(inout) :: near(:) !< room for all points
-      integer, intent(out) :: count
-      integer :: i, j, low(2), high(2), p
-      low = max(0, square_of(squares, place - distance))
-      high = min(ubound(squares%first), square_of(squares, place + distance))
-      count = 0
-      do j = low(2), high(2)
-         do i = low(1), high(1)
-            p = squares%first(i, j)
-            do while (p > 0)
-               if (sum((points(p)%place - place)**2) <= distance**2) then
-                  count = count + 1
-                  near(count) = p
-               end if
-               p = squares%next(p)
-            end do
-         end do
-      end do
-   end subroutine find_neighbours
 
    !> Points that no other one lies on top of, as the tool sees them.
    pure function at_surface(points, squares) result(surface)
@@ -356,47 +299,6 @@ contains
       end do
    end function on_all_sides
 
-   !> Where the contact's edge is, seen from a point beside it: where the straight line through its gap and
-   !> that of a point further out comes to none; or where the tool itself ends.
-   pure subroutine look_back(points, squares, in_contact, cell, outwards, back)
-      type(surface_point_t), intent(in) :: points(:)
-      type(squares_t), intent(in) :: squares
-      logical, intent(in) :: in_contact(:)
-      real(wp), intent(in) :: cell         !< m
-      real(wp), intent(out) :: outwards(:, :) !< (2, points): unit vectors up the gap
-      real(wp), intent(out) :: back(:)     !< along it, m; below 0 where not known
-      real(wp) :: way(2), rise, along, furthest
-      integer :: near(size(points)), m, n, p
-      outwards = 0.0_wp
-      back = -1.0_wp
-      do p = 1, size(points)
-         if (in_contact(p)) cycle
-         if (points(p)%beside > 0.0_wp) then
-            outwards(:, p) = points(p)%outwards
-            back(p) = points(p)%beside
-            cycle
-         end if
-         call find_neighbours(points, squares, points(p)%place, cell, near, n)
-         do m = 1, n
-            if (near(m) == p) cycle
-            way = points(near(m))%place - points(p)%place
-            rise = points(near(m))%gap - points(p)%gap
-            outwards(:, p) = outwards(:, p) + way*rise/sum(way**2)
-         end do
-         if (.not. norm2(outwards(:, p)) > 0.0_wp) cycle
-         outwards(:, p) = outwards(:, p)/norm2(outwards(:, p))
-         furthest = 0.0_wp
-         do m = 1, n
-            rise = points(near(m))%gap - points(p)%gap
-            if (in_contact(near(m)) .or. rise <= 0.0_wp) cycle
-            along = dot_product(outwards(:, p), points(near(m))%place - points(p)%place)
-            if (along <= furthest) cycle
-            furthest = along
-            if (along >= shortest*points(p)%edge) back(p) = along*max(0.0_wp, points(p)%gap)/rise
-         end do
-      end do
-   end subroutine look_back
-
    !> This rank's share of the area: small squares on the near side of the edge that the next point beside the
    !> contact sees, or, away from the edge, whose nearest point is in contact; inside the mirrors.
    real(wp) function counted(points, squares, in_contact, cell, mirrors, rank, ranks)
@@ -407,8 +309,9 @@ contains
       type(mirror_t), intent(in) :: mirrors(:)
       integer, intent(in) :: rank, ranks
       real(wp) :: low(2), high(2), place(2), edge, width, outwards(2, size(points)), back(size(points))
+      logical :: known(size(points))
       integer :: squares_along(2), i, j, m, n, near(size(points))
-      call look_back(points, squares, in_contact, cell, outwards, back)
+      call find_edges(points, squares, in_contact, cell, known, outwards, back)
       edge = sum(points%edge, mask=in_contact)/count(in_contact)
       low = [minval(points%place(1), mask=in_contact), minval(points%place(2), mask=in_contact)] - edge
       high = [maxval(points%place(1), mask=in_contact), maxval(points%place(2), mask=in_contact)] + edge
@@ -438,7 +341,7 @@ contains
             distance = norm2(points(p)%place - place)
             if (distance < nearest) covers = in_contact(p) .and. distance < beside*edge
             nearest = min(nearest, distance)
-            if (back(p) < 0.0_wp .or. distance >= nearest_out) cycle
+            if (.not. known(p) .or. distance >= nearest_out) cycle
             nearest_out = distance
             out = p
          end do

@@ -402,7 +402,7 @@ x, y = (a.ravel() for a in np.meshgrid(*[np.arange(-2.01e-6, 2.04e-6, width)] * 
 r = np.hypot(x, y)
 hover = np.where((r > 2.2 * width) & (r < 4.4 * width), 0.3 * width, 0.0)
 surface = imprint.Surface(
-    np.c_[x, y], heights(r, deepest, False) - hover, np.full(x.size, width / 2), 0 * x, 0 * x
+    np.c_[x, y], heights(r, deepest, False) - hover, np.full(x.size, width / 2), 0 * x, 0 * x, 2 * width
 )
 found = imprint.contact_radius(surface, {"shape": ["cone"], "half_angle": [70.3]}, -deepest)
 check(

@@ -39,7 +39,7 @@ def surface_under(tool, faces, end, slope):
     gap = slope * np.maximum(np.hypot(x, y) * np.cos(turn) - end(turn), 0.0)
     heights = tip + imprint.tool_height(tool, places) - gap
     none = np.zeros(x.size)
-    return imprint.Surface(places, heights, np.full(x.size, width / 2), none, none)
+    return imprint.Surface(places, heights, np.full(x.size, width / 2), none, none, 2 * width)
 
 
 def exact(faces, end):

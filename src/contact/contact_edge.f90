@@ -1,0 +1,169 @@
+!> Where a contact ends, from the gap that opens beyond it (theory.md, eq. contact-edge). A grid does not bend
+!> within a cell as sharply as the surface beside a lip, so that the gap is sought as the grid shows it.
+module m_contact_edge
+   use m_kinds, only: wp
+   use m_surface_points, only: surface_point_t, squares_t, find_neighbours
+   implicit none
+   private
+   public :: find_edges, ahead
+
+   real(wp), parameter :: ahead = 2.0_wp   !< cells: so far beyond a point its gap is looked at,
+   real(wp), parameter :: behind = 1.0_wp  !< so far towards the contact,
+   real(wp), parameter :: aside = 0.75_wp  !< and so far across
+   real(wp), parameter :: beside = 1.2_wp  !< cells: a point is beside a contact from which it is so far
+   real(wp), parameter :: rounded = 2.0_wp/3.0_wp !< cells: half width of the hat with which a gap is smoothed
+   integer, parameter :: fewest = 3        !< points with gaps that say where the edge is
+   integer, parameter :: powers = 5        !< of the distance, between 1 (a wedge, of what has flowed) and 3/2
+                                           !< (an elastic surface) with which gaps open
+   real(wp), parameter :: fine = 0.05_wp   !< cells: the edge is sought in steps of this, first of four times
+                                           !< this
+   integer, parameter :: per_cell = 50     !< of the table of gaps
+
+   !> Gaps at distances from the edge (cells), by powers; the factor is left open.
+   type :: opening_t
+      real(wp), allocatable :: gap(:, :)
+   end type opening_t
+
+contains
+
+   !> For each point beside a contact, where the contact ends as seen from it.
+   subroutine find_edges(points, squares, in_contact, cell, known, outwards, back)
+      type(surface_point_t), intent(in) :: points(:)
+      type(squares_t), intent(in) :: squares
+      logical, intent(in) :: in_contact(:)
+      real(wp), intent(in) :: cell         !< m
+      logical, intent(out) :: known(:)     !< where something is known
+      real(wp), intent(out) :: outwards(:, :) !< (2, points): unit vectors up the gap
+      real(wp), intent(out) :: back(:)     !< from the point against them to the edge, m; below 0 if beyond it
+      type(opening_t) :: opening
+      integer :: near(size(points)), n, p
+      outwards = 0.0_wp
+      back = 0.0_wp
+      known = .false.
+      opening = openings()
+      do p = 1, size(points)
+         if (in_contact(p)) cycle
+         if (points(p)%beside > 0.0_wp) then ! the tool itself ends there
+            outwards(:, p) = points(p)%outwards
+            back(p) = points(p)%beside
+            known(p) = .true.
+            cycle
+         end if
+         call find_neighbours(points, squares, points(p)%place, beside*cell, near, n)
+         if (.not. any(in_contact(near(:n)))) cycle
+         outwards(:, p) = up_the_gap(points, near(:n), p)
+         if (.not. norm2(outwards(:, p)) > 0.0_wp) cycle
+         call find_neighbours(points, squares, points(p)%place, norm2([ahead, aside])*cell, near, n)
+         call fit(points(near(:n)), in_contact(near(:n)), points(p)%place, outwards(:, p), cell, opening, &
+                  known(p), back(p))
+      end do
+   end subroutine find_edges
+
+   !> Unit vector along which the gap grows, from those of a point and its neighbours; 0 where it does not.
+   pure function up_the_gap(points, near, p) result(direction)
+      type(surface_point_t), intent(in) :: points(:)
+      integer, intent(in) :: near(:), p
+      real(wp) :: direction(2), way(2)
+      integer :: m
+      direction = 0.0_wp
+      do m = 1, size(near)
+         if (near(m) == p) cycle
+         way = points(near(m))%place - points(p)%place
+         direction = direction + way*(points(near(m))%gap - points(p)%gap)/sum(way**2)
+      end do
+      direction = direction/max(norm2(direction), tiny(1.0_wp))
+   end function up_the_gap
+
+   !> The edge from which a gap opens that fits the gaps before and behind a place best, by least squares.
+   subroutine fit(points, in_contact, place, outwards, cell, opening, known, back)
+      type(surface_point_t), intent(in) :: points(:)
+      logical, intent(in) :: in_contact(:)
+      real(wp), intent(in) :: place(2), outwards(2), cell !< m
+      type(opening_t), intent(in) :: opening
+      logical, intent(out) :: known
+      real(wp), intent(out) :: back !< m
+      real(wp) :: along(size(points)), gap(size(points)), best, way(2)
+      integer :: count, m, open, power, steps
+      count = 0
+      open = 0
+      do m = 1, size(points)
+         if (points(m)%beside > 0.0_wp) cycle
+         way = (points(m)%place - place)/cell
+         if (abs(way(1)*outwards(2) - way(2)*outwards(1)) > aside) cycle
+         if (dot_product(way, outwards) < -behind .or. dot_product(way, outwards) > ahead) cycle
+         count = count + 1
+         along(count) = dot_product(way, outwards)
+         gap(count) = merge(0.0_wp, points(m)%gap, in_contact(m))
+         if (gap(count) > 0.0_wp) open = open + 1
+      end do
+      known = open >= fewest
+      back = 0.0_wp
+      if (.not. known) return
+      best = 0.0_wp
+      known = .false.
+      associate (half => nint(behind/fine))
+         do power = 1, powers, 2
+            do steps = -half, half, 4
+               call try(power, steps*fine)
+            end do
+         end do
+         do power = 1, powers
+            do steps = nint(-back/fine) - 3, nint(-back/fine) + 3
+               if (abs(steps) <= half) call try(power, steps*fine)
+            end do
+         end do
+      end associate
+      back = back*cell
+   contains
+      !> Take an edge at a distance (cells) if its gap explains more of the squares of the gaps.
+      subroutine try(power, edge)
+         integer, intent(in) :: power
+         real(wp), intent(in) :: edge
+         real(wp) :: mixed, shape, squared
+         integer :: n
+         mixed = 0.0_wp
+         squared = 0.0_wp
+         do n = 1, count
+            shape = gap_at(opening, power, along(n) - edge)
+            mixed = mixed + shape*gap(n)
+            squared = squared + shape**2
+         end do
+         if (.not. (mixed > 0.0_wp .and. mixed**2 > best*squared)) return
+         best = mixed**2/squared
+         back = -edge
+         known = .true.
+      end subroutine try
+   end subroutine fit
+
+   !> The gap (but for its factor) at a distance from the edge (cells).
+   pure real(wp) function gap_at(opening, power, distance)
+      type(opening_t), intent(in) :: opening
+      integer, intent(in) :: power
+      real(wp), intent(in) :: distance
+      real(wp) :: at
+      integer :: i
+      at = (distance + rounded)*per_cell
+      gap_at = 0.0_wp
+      if (at <= 0.0_wp) return
+      i = min(int(at), ubound(opening%gap, 1) - 1)
+      gap_at = opening%gap(i, power) + (at - i)*(opening%gap(i + 1, power) - opening%gap(i, power))
+   end function gap_at
+
+   !> Powers of the distance from the edge, smoothed with a hat, in closed form.
+   pure function openings() result(opening)
+      type(opening_t) :: opening
+      real(wp) :: q, x
+      integer :: i, power
+      allocate (opening%gap(0:ceiling(per_cell*(rounded + behind + ahead)) + 1, powers))
+      do power = 1, powers
+         q = 1.0_wp + 0.5_wp*(power - 1)/(powers - 1)
+         do i = 0, ubound(opening%gap, 1)
+            x = real(i, wp)/per_cell - rounded
+            opening%gap(i, power) = ((x + rounded)**(q + 2.0_wp) - 2.0_wp*max(0.0_wp, x)**(q + 2.0_wp) &
+                                     + max(0.0_wp, x - rounded)**(q + 2.0_wp)) &
+                                    /(rounded**2*(q + 1.0_wp)*(q + 2.0_wp))
+         end do
+      end do
+   end function openings
+
+end module m_contact_edge
