@@ -120,11 +120,7 @@ def sharp(directory, grid, yield_stress):
         "kinetic": answer["kinetic_share"],
         "base's share": slope / stiffness - 1,
     }
-    for name, area in (
-        ("true area", "area_true"),
-        ("recovered area", "area_history"),
-        ("area of the profile", "area_profile"),
-    ):
+    for name, area in (("true area", "area_true"), ("area of the profile", "area_profile")):
         if answer.get(area):
             found[f"H/Y, {name}"] = answer["max_load"] / answer[area] / yield_stress
     return found

@@ -19,8 +19,8 @@ hardness_depth.csv, .png    hardness and modulus over depth, with several unload
    --beta NUMBER             of the modulus; else by the tool's shape: a cone has Hay's factor, a Berkovich
                              1.034, a Vickers 1.012, others 1
    --area-coefficients LIST  C0,C1,... of an area function in nm, in place of the tool's ideal one
-   --area auto|column|profile   the true area: contact_area of the history, or where the profile leaves a
-                             round tool; auto takes the larger one of a surface that is piled up
+   --area auto|column|profile   the true area: contact_area of the history, or where the profile leaves the
+                             tool; auto takes the latter where the history has none
    --no-plots                only the table, .json and .csv
 
 Exit status 2 where there is nothing to analyse; the sentence says what is missing.
@@ -62,8 +62,8 @@ keys = (
 )
 area_share = 0.2  # of the largest depth, before the unloading: rows that the true area is taken from
 # Of the finest cells, which tools are thought to stand on: how far the edge of the contact_area of the
-# history is off, rms, in the rows of B1 in doc/user/benchmarks.md that take it for the true area (0.12), and
-# under the elastic pyramids of B4 (0.09 at most; test indentation/benchmarks)
+# history is off. In the cones of B1 in doc/user/benchmarks.md it is by 0.08, rms, and under the elastic
+# pyramids of B4 by 0.12 at most (test indentation/benchmarks)
 history_resolution = 0.15
 
 # name of the table's row, key, unit ("" for a pure number)
@@ -342,28 +342,23 @@ def analyse(run, record, options):
 
 def true_area(options, column, answer):
     """The true area and its uncertainty (m2), and where it is from: 'column', contact_area of the history, or
-    'profile', where the surface leaves the tool. Beside a lip the contact's edge lies within a cell of the
-    grid, whose surface cannot bend as much, so that contact_area comes out small there: of a surface that is
-    piled up it is the profile's where that is larger by more than its uncertainty, which is then at least half
-    of the difference."""
+    'profile', where the surface leaves the tool. Unless it is asked for, the profile's is only taken where the
+    history has none; a note says where the two are far apart."""
     profile, sigma = answer.get("area_profile"), answer.get("area_profile_uncertainty")
-    if options.area == "profile":
-        if profile is None:
-            raise Missing(
-                "the profile gives no area (--area profile): it needs a snapshot at the largest depth and a "
-                "sphere, cone or pyramid that stands on a flat surface"
-            )
-        return "profile", (profile, sigma)
-    if not profile or not column[0] > 0:
+    if options.area == "profile" and profile is None:
+        raise Missing(
+            "the profile gives no area (--area profile): it needs a snapshot at the largest depth and a "
+            "sphere, cone or pyramid that stands on a flat surface"
+        )
+    if not profile:
         return "column", column
-    apart = f"contact_area of the history is {100 * (column[0] / profile - 1):+.0f} % off the area within "
-    apart += "which the surface touches the tool (area_profile)"
-    piled_up = (answer.get("pile_up") or 0.0) > (answer.get("pile_up_uncertainty") or 0.0)
-    if options.area == "auto" and piled_up and profile - sigma > column[0]:
-        answer["notes"].append(f"{apart}; the surface is piled up, so the latter is taken as true.")
-        return "profile", (profile, max(sigma, 0.5 * (profile - column[0])))
+    if options.area == "profile" or (options.area == "auto" and not column[0] > 0):
+        return "profile", (profile, sigma)
     if abs(profile - column[0]) > 2 * math.hypot(sigma, column[1]) and abs(profile / column[0] - 1) > 0.05:
-        answer["notes"].append(f"{apart}; `--area profile` takes that one.")
+        answer["notes"].append(
+            f"contact_area of the history is {100 * (column[0] / profile - 1):+.0f} % off the area within "
+            "which the surface touches the tool (area_profile); `--area profile` takes that one."
+        )
     return "column", column
 
 

@@ -21,7 +21,7 @@ edge_resolution = 0.15
 
 # Of a cell: half width of the hat with which the gap beside a contact's edge is smoothed, for a grid does not
 # bend within a cell as sharply as the surface beside a lip (theory.md, eq. contact-edge)
-rounded = 2 / 3
+rounded = 0.5
 
 # Between the middle of a pyramid's face and its edge, for contact_area
 sectors = 4

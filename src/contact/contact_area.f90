@@ -90,7 +90,7 @@ contains
       real(wp), intent(in) :: across(3, 2)
       type(surface_point_t), allocatable :: points(:)
       type(surface_point_t), allocatable :: found(:)
-      real(wp) :: gap, edge, normal(3), thickness, back(3)
+      real(wp) :: gap, edge, normal(3), thickness, back(3), place(3)
       integer, allocatable :: near(:)
       integer :: b, count, n
       allocate (points(0))
@@ -114,7 +114,10 @@ contains
                            *(1.0_wp - exp(-elastic_strain(law, column(near(n), :), level%layout, normal)))
                   end associate
                   count = count + 1
-                  found(count) = surface_point_t(matmul(column(near(n), x:x + 2), across), gap, edge)
+                  ! where a flat surface across the axis, on top of the particle, has the gap of a ball in it
+                  place = column(near(n), x:x + 2) - tool%spec%penetration_factor*thickness*normal &
+                          /(1.0_wp + abs(dot_product(normal, tool%spec%axis)))
+                  found(count) = surface_point_t(matmul(place, across), gap, edge)
                   if (abs(column(near(n), carried)) > 0.0_wp) found(count)%pressed = 1.0_wp
                   found(count)%slope = matmul(normal, across)
                   found(count)%slope = found(count)%slope/max(norm2(found(count)%slope), tiny(1.0_wp))

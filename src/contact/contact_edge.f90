@@ -11,7 +11,7 @@ module m_contact_edge
    real(wp), parameter :: behind = 1.0_wp  !< so far towards the contact,
    real(wp), parameter :: aside = 0.75_wp  !< and so far across
    real(wp), parameter :: beside = 1.2_wp  !< cells: a point is beside a contact from which it is so far
-   real(wp), parameter :: rounded = 2.0_wp/3.0_wp !< cells: half width of the hat with which a gap is smoothed
+   real(wp), parameter :: rounded = 0.5_wp !< cells: half width of the hat with which a gap is smoothed
    integer, parameter :: fewest = 3        !< points with gaps that say where the edge is
    integer, parameter :: powers = 5        !< of the distance, between 1 (a wedge, of what has flowed) and 3/2
                                            !< (an elastic surface) with which gaps open

@@ -87,7 +87,6 @@ contains
       end do
       self%equilibrium%system%ramp = self%spec%ramp
       self%equilibrium%linear%elements%wanted = self%spec%preconditioner == preconditioner_gamg
-      self%equilibrium%system%wants_cells = self%equilibrium%linear%elements%wanted
       if (self%spec%ramp > 0.0_wp) model%effect_step%follows_particles = .false. ! they do not know of it
       self%ahead = model%works_ahead
       self%equilibrium%system%inertia%acts = self%spec%has_inertia()

@@ -2,9 +2,10 @@
 !> moves with it, and hands its forces up to it (theory.md, eq. static-levels).
 module m_static_levels
    use m_kinds, only: wp
-   use m_node_values, only: v_x, v_z, f_x
+   use m_node_values, only: mass_, v_x, v_z, f_x
    use m_boundary, only: apply_boundary
    use m_static_edges, only: spread_down, set_hanging, hand_up, take_up
+   use m_level, only: level_t
    use m_model, only: model_t
    use m_complaints, only: most_cells_a_step
    use m_cell_mean, only: cells_of
@@ -95,14 +96,23 @@ contains
    integer function number_levels(levels, model) result(count)
       type(static_level_t), intent(inout) :: levels(:)
       type(model_t), intent(in) :: model
+      real(wp) :: most
       integer :: l
       count = 0
       do l = 1, size(levels)
-         call levels(l)%unknowns%number(model%levels(l))
+         most = model%communicator%maximum(heaviest(model%levels(l)))
+         if (model%contact%pairs%active()) most = 0.0_wp ! points of another body press such nodes
+         call levels(l)%unknowns%number(model%levels(l), levels(l)%ghost%filled, most)
          levels(l)%before = count
          count = count + levels(l)%unknowns%count
       end do
    end function number_levels
+
+   !> Largest mass of a node on this rank, kg.
+   pure real(wp) function heaviest(level)
+      type(level_t), intent(in) :: level
+      heaviest = maxval([0.0_wp, level%nodes(mass_, :, :, :, :size(level%blocks))])
+   end function heaviest
 
    !> First unknown of a level in the vector of all.
    pure integer function first(self)

@@ -21,13 +21,18 @@ module m_static_nodes
       procedure :: gather
    end type static_nodes_t
 
+   real(wp), parameter :: light = 1.0e-6_wp !< of the largest mass: a node with more is no matter of a hair
+
 contains
 
    !> Number the free components of all nodes that have mass and do not hang on a coarser level: `nodes` of
-   !> the level hold the sums of P2G.
-   subroutine number(self, level)
+   !> the level hold the sums of P2G. Nodes that particles reach by a hair stay where they are: without the
+   !> ghost penalty they would move by any distance.
+   subroutine number(self, level, filled, heaviest)
       class(static_nodes_t), intent(inout) :: self
       type(level_t), intent(in) :: level
+      logical, intent(in) :: filled(0:, 0:, 0:, :) !< the cells of the ghost penalty
+      real(wp), intent(in) :: heaviest             !< largest mass of a node of the level, kg
       integer :: pass, b, i, j, k, axis, n, node(3)
       logical :: held(3)
       do pass = 1, 2
@@ -42,6 +47,9 @@ contains
                      if (any([(inside(level%grid, axis, node(axis)) /= node(axis), axis=1, 3)])) cycle
                      if (level%number > 1) then
                         if (.not. level%region%is_inner(node)) cycle
+                     end if
+                     if (level%nodes(mass_, i, j, k, b) <= light*heaviest) then
+                        if (.not. any_filled(filled(:, :, :, b), [i, j, k])) cycle
                      end if
                      held = held_components(level%grid, node)
                      do axis = 1, 3
@@ -59,6 +67,17 @@ contains
          allocate (self%at(5, n))
       end do
    end subroutine number
+
+   !> True where a cell around a node of a tile is filled, or lies outside the tile.
+   pure logical function any_filled(filled, node)
+      logical, intent(in) :: filled(0:, 0:, 0:)
+      integer, intent(in) :: node(3)
+      any_filled = any(node == 0)
+      if (any_filled) return
+      associate (low => node - 1, high => node)
+         any_filled = any(filled(low(1):high(1), low(2):high(2), low(3):high(3)))
+      end associate
+   end function any_filled
 
    !> Place in the grid of a node of a block's tile.
    pure function tile_node(level, b, at) result(node)

@@ -43,7 +43,6 @@ module m_static_system
       real(wp) :: ramp = 0.0_wp                      !< over which loads come on from time 0, s
       real(wp) :: scale = 0.0_wp !< size of the forces that are in balance, N
       logical :: presses = .false.                   !< products take pressed points along
-      logical :: wants_cells = .false.               !< `ghost` knows which are filled, with no penalty too
       integer :: product_row = 0, residual_row = 0   !< of the timers
    contains
       procedure :: begin
@@ -87,6 +86,8 @@ contains
          if (size(self%work, 1) < largest) deallocate (self%work)
       end if
       if (.not. allocated(self%work)) allocate (self%work(largest, 27))
+      call model%timers%enter(self%residual_row)
+      call find_ghost(self%levels, model, stabilisation, time_step)
       if (any(model%effect_step%adds_forces) .or. time < self%ramp .or. self%inertia%acts) then
          call self%hold_loads(time, number=self%inertia%acts, stress=self%inertia%acts)
          if (self%inertia%acts) call self%inertia%begin(self%levels, model, time_step, &
@@ -105,9 +106,6 @@ contains
          if (self%extra > 0) self%load(self%nodal + 1:) = &
             merge(0.0_wp, tools%load, tools%away(tools%tool))
       end associate
-      if (.not. (stabilisation > 0.0_wp .or. self%wants_cells)) return
-      call model%timers%enter(self%residual_row)
-      call find_ghost(self%levels, model, stabilisation, time_step)
    end subroutine begin
 
    !> Collective: forces of effects at a time on the nodes.

@@ -20,7 +20,6 @@ bounds = {
         "S/(E'h)": 5.0,
         "Wp/Wt": 0.02,
         "H/Y, true area": 4.0,
-        "H/Y, recovered area": 4.0,
         "H/Y, area of the profile": 5.0,
     },
     "impact": {

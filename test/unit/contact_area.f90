@@ -17,10 +17,10 @@ program contact_area
    type(assertions_t) :: test
    call comm%start()
    call test%start(comm, 'contact_area')
-   call discs(5.0_wp, .false., [0.05_wp, 0.02_wp])
-   call discs(8.0_wp, .false., [0.035_wp, 0.015_wp])
-   call discs(5.0_wp, .true., [0.04_wp, 0.02_wp])
-   call discs(8.0_wp, .true., [0.025_wp, 0.02_wp])
+   call discs(5.0_wp, .false., [0.025_wp, 0.01_wp])
+   call discs(8.0_wp, .false., [0.02_wp, 0.01_wp])
+   call discs(5.0_wp, .true., [0.05_wp, 0.03_wp])
+   call discs(8.0_wp, .true., [0.035_wp, 0.03_wp])
    call ring()
    call ridges()
    call test%check(.not. area_of([surface_point_t([0.0_wp, 0.0_wp], 0.1_wp, edge, 0.0_wp)], whole()) > &
