@@ -129,6 +129,7 @@ contains
                   back = column(near(n), x:x + 2) - 2.0_wp*reach*tool%spec%axis
                   found(count)%beside = tool%most_gap(back)
                   if (.not. found(count)%beside > 0.0_wp) cycle
+                  found(count)%place = matmul(column(near(n), x:x + 2), across)
                   call tool%gap_and_normal(back, found(count)%beside, normal)
                   found(count)%outwards = matmul(normal, across)
                end do
