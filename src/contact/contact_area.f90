@@ -114,7 +114,7 @@ contains
                            *(1.0_wp - exp(-elastic_strain(law, column(near(n), :), level%layout, normal)))
                   end associate
                   count = count + 1
-                  ! where a flat surface across the axis, on top of the particle, has the gap of a ball in it
+                  ! the gap is that of a ball: a surface across the axis on top of the ball has it here
                   place = column(near(n), x:x + 2) - tool%spec%penetration_factor*thickness*normal &
                           /(1.0_wp + abs(dot_product(normal, tool%spec%axis)))
                   found(count) = surface_point_t(matmul(place, across), gap, edge)
@@ -129,7 +129,7 @@ contains
                   back = column(near(n), x:x + 2) - 2.0_wp*reach*tool%spec%axis
                   found(count)%beside = tool%most_gap(back)
                   if (.not. found(count)%beside > 0.0_wp) cycle
-                  found(count)%place = matmul(column(near(n), x:x + 2), across)
+                  found(count)%place = matmul(column(near(n), x:x + 2), across) ! it counts by `beside` alone
                   call tool%gap_and_normal(back, found(count)%beside, normal)
                   found(count)%outwards = matmul(normal, across)
                end do

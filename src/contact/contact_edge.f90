@@ -19,11 +19,6 @@ module m_contact_edge
                                            !< this
    integer, parameter :: per_cell = 50     !< of the table of gaps
 
-   !> Gaps at distances from the edge (cells), by powers; the factor is left open.
-   type :: opening_t
-      real(wp), allocatable :: gap(:, :)
-   end type opening_t
-
 contains
 
    !> For each point beside a contact, where the contact ends as seen from it.
@@ -35,7 +30,7 @@ contains
       logical, intent(out) :: known(:)     !< where something is known
       real(wp), intent(out) :: outwards(:, :) !< (2, points): unit vectors up the gap
       real(wp), intent(out) :: back(:)     !< from the point against them to the edge, m; below 0 if beyond it
-      type(opening_t) :: opening
+      real(wp), allocatable :: opening(:, :)
       integer :: near(size(points)), n, p
       outwards = 0.0_wp
       back = 0.0_wp
@@ -79,7 +74,7 @@ contains
       type(surface_point_t), intent(in) :: points(:)
       logical, intent(in) :: in_contact(:)
       real(wp), intent(in) :: place(2), outwards(2), cell !< m
-      type(opening_t), intent(in) :: opening
+      real(wp), intent(in) :: opening(0:, :)
       logical, intent(out) :: known
       real(wp), intent(out) :: back !< m
       real(wp) :: along(size(points)), gap(size(points)), best, way(2)
@@ -96,11 +91,10 @@ contains
          gap(count) = merge(0.0_wp, points(m)%gap, in_contact(m))
          if (gap(count) > 0.0_wp) open = open + 1
       end do
-      known = open >= fewest
-      back = 0.0_wp
-      if (.not. known) return
-      best = 0.0_wp
       known = .false.
+      back = 0.0_wp
+      if (open < fewest) return
+      best = 0.0_wp
       associate (half => nint(behind/fine))
          do power = 1, powers, 2
             do steps = -half, half, 4
@@ -137,7 +131,7 @@ contains
 
    !> The gap (but for its factor) at a distance from the edge (cells).
    pure real(wp) function gap_at(opening, power, distance)
-      type(opening_t), intent(in) :: opening
+      real(wp), intent(in) :: opening(0:, :) !< of openings
       integer, intent(in) :: power
       real(wp), intent(in) :: distance
       real(wp) :: at
@@ -145,21 +139,22 @@ contains
       at = (distance + rounded)*per_cell
       gap_at = 0.0_wp
       if (at <= 0.0_wp) return
-      i = min(int(at), ubound(opening%gap, 1) - 1)
-      gap_at = opening%gap(i, power) + (at - i)*(opening%gap(i + 1, power) - opening%gap(i, power))
+      i = min(int(at), ubound(opening, 1) - 1)
+      gap_at = opening(i, power) + (at - i)*(opening(i + 1, power) - opening(i, power))
    end function gap_at
 
-   !> Powers of the distance from the edge, smoothed with a hat, in closed form.
+   !> Gaps at distances from the edge, but for a factor: powers of the distance, smoothed with a hat, in
+   !> closed form. From `rounded` before the edge on, `per_cell` a cell; by powers.
    pure function openings() result(opening)
-      type(opening_t) :: opening
+      real(wp), allocatable :: opening(:, :)
       real(wp) :: q, x
       integer :: i, power
-      allocate (opening%gap(0:ceiling(per_cell*(rounded + behind + ahead)) + 1, powers))
+      allocate (opening(0:ceiling(per_cell*(rounded + behind + ahead)) + 1, powers))
       do power = 1, powers
          q = 1.0_wp + 0.5_wp*(power - 1)/(powers - 1)
-         do i = 0, ubound(opening%gap, 1)
+         do i = 0, ubound(opening, 1)
             x = real(i, wp)/per_cell - rounded
-            opening%gap(i, power) = ((x + rounded)**(q + 2.0_wp) - 2.0_wp*max(0.0_wp, x)**(q + 2.0_wp) &
+            opening(i, power) = ((x + rounded)**(q + 2.0_wp) - 2.0_wp*max(0.0_wp, x)**(q + 2.0_wp) &
                                      + max(0.0_wp, x - rounded)**(q + 2.0_wp)) &
                                     /(rounded**2*(q + 1.0_wp)*(q + 2.0_wp))
          end do

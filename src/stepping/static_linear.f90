@@ -265,7 +265,7 @@ contains
          call self%krylov%solve(system, diagonal, self%elements, right, direction, aim, symmetric, most, &
                                 products, solved)
          self%products = self%products + products
-         if (.not. (symmetric .and. solved)) return
+         if (.not. (symmetric .and. solved) .or. products > patient) return ! at length is no measure
          self%cg_solved = self%cg_solved + 1
          self%cg_iterations = self%cg_iterations + products
       end subroutine try

@@ -21,13 +21,13 @@ module m_static_nodes
       procedure :: gather
    end type static_nodes_t
 
-   real(wp), parameter :: light = 1.0e-6_wp !< of the largest mass: a node with more is no matter of a hair
+   real(wp), parameter :: light = 1.0e-6_wp !< of the largest mass: nodes with more are unknowns in any case
 
 contains
 
    !> Number the free components of all nodes that have mass and do not hang on a coarser level: `nodes` of
-   !> the level hold the sums of P2G. Nodes that particles reach by a hair stay where they are: without the
-   !> ghost penalty they would move by any distance.
+   !> the level hold the sums of P2G. Light nodes without a filled cell stay where they are: nothing but
+   !> the ghost penalty would hold them.
    subroutine number(self, level, filled, heaviest)
       class(static_nodes_t), intent(inout) :: self
       type(level_t), intent(in) :: level

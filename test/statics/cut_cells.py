@@ -1,12 +1,12 @@
-"""A block whose surface lies on a plane of nodes is pulled up by 1e-22 of a cell, then pressed in its middle:
-the nodes above take no part. Before they did, for 5 % more products here, and for ten times as many
-in a cone on nested levels. usage: hair.py (in an empty directory; GIMP3D is the program)"""
+"""A block whose surface lies on a plane of nodes is pulled up by 1e-22 of a cell, then pressed in its middle.
+The nodes above are no unknowns: products are those of a block that is pushed down as much. With them as
+unknowns it takes 5 % more. usage: cut_cells.py (in an empty directory; GIMP3D is the program)"""
 
 import re
 
 from static_scenes import check, finish, run
 
-scene = """&scene title='pulled by a hair', end_time=4 /
+scene = """&scene title='cut by round-off', end_time=4 /
 &grid lower=0,0,0, upper=8,8,8, cell_size=1, boundary='free','free','free','free','fixed','free' /
 &material name='m', model='elastic', density=1, young=1e9, poisson=0.3 /
 &body material='m', shape='box', lower=1,1,0, upper=7,7,5, particles_per_cell=8 /
@@ -25,5 +25,5 @@ def products(name, pull):
 
 lifted = products("lifted", "-1e-13")  # Pa
 pressed = products("pressed", "1e-13")
-check("products a step, pulled up by a hair over pushed down", lifted / pressed - 1, 0.02)
+check("products a step, pulled up over pushed down", lifted / pressed - 1, 0.02)
 finish()
