@@ -66,6 +66,8 @@ area_share = 0.2  # of the largest depth, before the unloading: rows that the tr
 # pyramids of B4 by 0.12 at most (test indentation/benchmarks)
 history_resolution = 0.15
 
+held_share = 1e-3  # of the largest depth: a tool that stays so near to it is held there
+
 # name of the table's row, key, unit ("" for a pure number)
 table = [
     ("largest depth h", "max_depth", "m"),
@@ -274,8 +276,11 @@ def analyse(run, record, options):
                 "The unloading ends under load: below its last row the work given back is that of the fit."
             )
     else:
-        main, row = None, int(np.argmax(record.depth))
-        load, load_sigma = end_of_loading(record, row)
+        main, (first, row) = None, held_rows(record)
+        # the scatter of single rows is not known where there are too few
+        load, load_sigma = oliver_pharr.load_at_start(
+            record.depth, record.load, oliver_pharr.Unloading(first, row, row), math.nan
+        )
         if not unloadings:
             answer["missing"].append(
                 f"The tool is never drawn back by more than {100 * oliver_pharr.turn_share:g} % of its "
@@ -322,9 +327,8 @@ def analyse(run, record, options):
             true,
             poisson,
         )
-        for key in ("modulus_true", "young_true"):
-            if key in again.values:
-                put(answer, {key: again.values[key]}, {key: again.sigma[key]})
+        put(answer, again.values, again.sigma)
+        results[results.index(main)] = (main[0], again, true)
     if true[0] > 0:
         put(
             answer,
@@ -370,9 +374,16 @@ def put(answer, values, sigma):
             answer[f"{key}_uncertainty"] = sigma[key] if math.isfinite(sigma[key]) else None
 
 
-def end_of_loading(record, row):
-    """Load (N) and its uncertainty at the largest depth of a run without unloading."""
-    return oliver_pharr.load_at_start(record.depth, record.load, oliver_pharr.Unloading(row, row, row), 0.0)
+def held_rows(record):
+    """First and last row of a hold at the largest depth, where the tool stays within held_share of it; both
+    the row of that depth where it is not held."""
+    held = record.depth >= (1 - held_share) * np.max(record.depth)
+    first = last = int(np.argmax(record.depth))
+    while first > 0 and held[first - 1]:
+        first -= 1
+    while last + 1 < held.size and held[last + 1]:
+        last += 1
+    return (first, last) if last - first >= 8 else (int(np.argmax(record.depth)),) * 2
 
 
 def depth_row(unloading, result, true):
@@ -561,7 +572,7 @@ def print_table(answer):
         if unit == "m2":
             factor, name = 1e-12, "um2"
         else:
-            factor, name = scaled(unit, [value]) if unit else (1.0, "")
+            factor, name = scaled(unit, [value, sigma or 0.0]) if unit else (1.0, "")
         line = f"  {label:<27} {value / factor:>10.5g} {name:<4}"
         if sigma is not None:
             share = f"   {100 * sigma / abs(value):5.2g} %" if value else ""

@@ -21,30 +21,74 @@ def unit_axis(tool):
     return axis / np.linalg.norm(axis)
 
 
+def entry_of(body, tip, axis):
+    """Where the straight line from a tip along a unit axis enters a box, sphere or cylinder: its distance
+    from the tip (m), below 0 where the tip is inside; None where it passes by, or where all of the body is
+    behind the tip. A body that it only touches counts as met."""
+    shape, low, high = body["shape"][0], -math.inf, math.inf
+    if shape == "box":
+        size = np.subtract(body["upper"], body["lower"])
+        spans = [(np.subtract(body["lower"], tip)[i], size[i], axis[i]) for i in range(3)]
+        rounds = []
+    elif shape == "sphere":
+        spans, rounds = [], [(np.subtract(tip, body["center"]), axis)]
+    else:
+        own = np.array(body.get("axis", [0.0, 0.0, 1.0]))
+        own = own / np.linalg.norm(own)
+        away = np.subtract(tip, body["center"])
+        spans = [(-np.dot(away, own), body["height"][0], np.dot(axis, own))]
+        rounds = [(away - np.dot(away, own) * own, axis - np.dot(axis, own) * own)]
+    for start, length, speed in spans:  # start to start + length along one direction, at `speed`
+        slack = 1e-9 * length
+        if abs(speed) < 1e-12:
+            if not -slack <= -start <= length + slack:
+                return None
+            continue
+        ends = sorted((start / speed, (start + length) / speed))
+        low, high = max(low, ends[0]), min(high, ends[1])
+    for away, way in rounds:  # within a radius
+        radius, square = body["radius"][0], np.dot(way, way)
+        if square < 1e-24:
+            if np.linalg.norm(away) > radius * (1 + 1e-9):
+                return None
+            continue
+        half, rest = np.dot(away, way), np.dot(away, away) - radius**2
+        under = half**2 - square * rest
+        if under < -1e-9 * square * radius**2:
+            return None
+        root = math.sqrt(max(under, 0.0))
+        low, high = max(low, (-half - root) / square), min(high, (-half + root) / square)
+    return low if low <= high + 1e-9 * abs(high) and high > 0 else None
+
+
+def front_of(body, axis):
+    """How far towards a tool a box, sphere or cylinder reaches: its smallest coordinate along the axis (m)."""
+    shape = body["shape"][0]
+    if shape == "box":
+        corners = np.array([body["lower"], body["upper"]])
+        return sum(min(corners[:, i] * axis[i]) for i in range(3))
+    if shape == "sphere":
+        return np.dot(body["center"], axis) - body["radius"][0]
+    own = np.array(body.get("axis", [0.0, 0.0, 1.0]))
+    own = own / np.linalg.norm(own)
+    ends = np.array([body["center"], body["center"] + own * body["height"][0]]) @ axis
+    return min(ends) - body["radius"][0] * math.sqrt(max(0.0, 1 - np.dot(own, axis) ** 2))
+
+
 def indented_body(case, tool):
-    """The body whose surface is nearest to the tip, along the tool's axis, and the gap to it at the start
-    (m)."""
+    """The body that a tool is pressed into, and the gap between its tip and that body's surface at the start
+    (m): the first that the tool's axis meets; where it meets none, the one that reaches furthest towards the
+    tool. Bodies of other shapes than a box, sphere and cylinder are left out."""
     axis, tip = unit_axis(tool), np.array(tool["tip"])
-    nearest, gap = None, math.inf
-    for body in case["body"]:
-        shape = body["shape"][0]
-        if shape == "box":
-            corners = np.array([body["lower"], body["upper"]])
-            front = sum(min(corners[:, i] * axis[i]) for i in range(3))
-        elif shape == "sphere":
-            front = np.dot(body["center"], axis) - body["radius"][0]
-        elif shape == "cylinder":
-            own = np.array(body.get("axis", [0.0, 0.0, 1.0]))
-            own /= np.linalg.norm(own)
-            ends = np.array([body["center"], body["center"] + own * body["height"][0]]) @ axis
-            front = min(ends) - body["radius"][0] * math.sqrt(max(0.0, 1 - np.dot(own, axis) ** 2))
-        else:
-            continue  # a shape of the user's own
-        if front - np.dot(tip, axis) < gap:
-            nearest, gap = body, front - np.dot(tip, axis)
-    if nearest is None:
+    bodies = [b for b in case["body"] if b["shape"][0] in ("box", "sphere", "cylinder")]
+    if not bodies:
         raise Unreadable("the scene has no body whose surface is known: a box, sphere or cylinder")
-    return nearest, gap
+    met = [(entry_of(body, tip, axis), n) for n, body in enumerate(bodies)]
+    met = [one for one in met if one[0] is not None]
+    if not met:
+        met = [(front_of(body, axis) - np.dot(tip, axis), n) for n, body in enumerate(bodies)]
+    gap, n = min(met)
+    return bodies[n], gap
 
 
 def half_space_theory(case, tool):

@@ -26,30 +26,14 @@ import numpy as np
 import plots
 import report_charts
 import report_pictures
-from report_page import Markup, badge, embedded, image, join, section, table, tag, text, whole
+from report_hardness import hardness_sections
+from report_page import Markup, badge, embedded, image, join, section, si, table, tag, text, whole
 from report_worth import judge, look
 from run_data import History, Particles, Unreadable, depth_of, read_namelists
 from run_log import RunLog
 
 root = Path(__file__).resolve().parent.parent
 lock_dead_after = 600  # s; src/io/output_lock.f90
-
-hardness_units = {
-    "max_depth": "m",
-    "max_load": "N",
-    "loading_curvature": "Pa",
-    "stiffness": "N/m",
-    "residual_depth": "m",
-    "contact_depth": "m",
-    "area_oliver_pharr": "m2",
-    "area_true": "m2",
-    "hardness_oliver_pharr": "Pa",
-    "hardness_true": "Pa",
-    "modulus_oliver_pharr": "Pa",
-    "modulus_true": "Pa",
-    "work_ratio": "1",
-    "pile_up": "m",
-}
 
 states = {
     "finished": ("finished", "good"),
@@ -170,19 +154,6 @@ class Report:
 
 # ---- numbers in words
 # ------------------------------------------------------------------------------------------------------------
-
-
-def si(value, unit, digits=4):
-    """With the prefix that suits, areas with that of a length: 13.2 um2."""
-    if unit in ("", "1") or not np.isfinite(value):
-        return f"{value:.{digits}g}"
-    if unit == "m2":
-        factor, scaled = plots.scaled("m", [np.sqrt(abs(value))])
-        return f"{value / factor**2:.{digits}g} {scaled}\N{SUPERSCRIPT TWO}"
-    if unit not in ("m", "s", "Pa", "N", "J", "m/s", "N/m", "B"):
-        return f"{value:.{digits}g} {unit}"
-    factor, scaled = plots.scaled(unit, [value])
-    return f"{value / factor:.{digits}g} {scaled}"
 
 
 def written(value):
@@ -541,32 +512,6 @@ def worth_section(rows):
     )
 
 
-def hardness(report):
-    data = None
-    if (report.directory / "hardness.json").is_file():
-        data = report.read("hardness.json", lambda path: json.loads(path.read_text()))
-    if not isinstance(data, dict):
-        return ""
-    rows = [
-        (
-            name.replace("_", " "),
-            (
-                "-"
-                if value is None
-                else (
-                    si(value, hardness_units.get(name, ""))
-                    if isinstance(value, (int, float)) and not isinstance(value, bool)
-                    else json.dumps(value)
-                )
-            ),
-        )
-        for name, value in data.items()
-    ]
-    return section(
-        "hardness", "Hardness", table("From hardness.json (make hardness)", ["quantity", "value"], rows)
-    )
-
-
 def repeat(report):
     log, case = report.log, report.directory / "case.nml"
     ranks = log.ranks if log else None
@@ -642,7 +587,7 @@ def build(directory, options):
     middle = [
         pictures(report),
         histories(specs, stills, words),
-        hardness(report),
+        *hardness_sections(report),
         time_spent(report),
         worth_section(rows),
     ]

@@ -4,10 +4,33 @@ import html
 import json
 from pathlib import Path
 
+import numpy as np
+
+import plots
+
 here = Path(__file__).resolve().parent
 
 # Nothing may be loaded: what would come from a network is refused by the browser too.
 policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
+
+
+def si(value, unit, digits=4, error=None):
+    """With the prefix that suits, areas with that of a length: 13.2 um2; with an uncertainty: 13.2 +- 0.4
+    um2."""
+    if not np.isfinite(value):
+        return f"{value}"
+    most = max(abs(value), abs(error or 0.0))
+    if unit == "m2":
+        factor, name = plots.scaled("m", [np.sqrt(most)])
+        factor, name = factor**2, f"{name}\N{SUPERSCRIPT TWO}"
+    elif unit in ("m", "s", "Pa", "N", "J", "m/s", "N/m", "B"):
+        factor, name = plots.scaled(unit, [most])
+    else:
+        factor, name = 1.0, "" if unit == "1" else unit
+    number = f"{value / factor:.{digits}g}"
+    if error is not None:
+        number += f" \N{PLUS-MINUS SIGN} {error / factor:.2g}"
+    return f"{number} {name}".rstrip()
 
 
 class Markup(str):

@@ -1,4 +1,5 @@
 #!/bin/bash
+#test: beside
 #test: limit 120
 # One particle per cell between a floor and a wall that both have friction: forces on one point of each face left the rims without their share,
 # and strain energy climbed (theory.md, eq. face-mean). Now 'corners' comes to rest, and 'fixed' keeps near it.

@@ -1,4 +1,5 @@
 #!/bin/bash
+#test: beside
 #test: limit 240
 # A block on an incline of 25 degrees: it slides as (sin - mu cos) g t^2/2 with mu = 0.3, and sticks with mu = 0.6.
 . "$(dirname "$0")/../harness/env.sh"

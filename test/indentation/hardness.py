@@ -150,6 +150,7 @@ def fabricate(
     model_share=True,
     area_share=1.0,
     rise=0.1,
+    beside="",
 ):
     """A run's directory: what a program with the exact answers would have written."""
     directory = WORK / name
@@ -164,7 +165,7 @@ def fabricate(
 &grid lower={low[0]},{low[1]},0, upper=2.04e-6,2.04e-6,5e-6, cell_size=1.2e-7, boundary='{sides[0]}','free','{sides[1]}','free','roller','free' /
 &material name='alloy', model='j2', density=2710, young={young}, poisson={poisson}, yield_stress=7e8 /
 &body material='alloy', shape='box', lower={low[0]},{low[1]},0, upper=2.04e-6,2.04e-6,{top}, particles_per_cell=8 /
-{groups}""")
+{beside}{groups}""")
     if curve is None:
         (h, p), (hb, pb) = inward(400), outward(200)
         curve = np.r_[h, hb], np.r_[p, pb]
@@ -311,6 +312,28 @@ check(
     "the profile's where the history has none",
     answer["area_true_source"] == "profile" and answer["area_true"] == answer["area_profile"],
 )
+_, _, answer = run("small", "--area", "profile")
+last = answer["unloadings"][-1]
+check(
+    "--area profile: the row over depth has that area too",
+    last["area_true"] == answer["area_profile"]
+    and all(last[key] == answer[key] for key in ("hardness_true", "modulus_true", "young_true")),
+)
+for name, low, high in (
+    ("clamp", (1e-6, -2e-6, 0), (2e-6, 2e-6, top + 8e-7)),
+    ("above", (-1e-6, -1e-6, top + 1e-6), (1e-6, 1e-6, top + 2e-6)),
+):
+    fabricate(
+        name,
+        1.0,
+        beside="&material name='steel', model='elastic', density=7800, young=210e9, poisson=0.3 /\n&body "
+        f"material='steel', shape='box', lower={','.join(map(str, low))}, upper={','.join(map(str, high))} /\n",
+    )
+    _, _, answer = run(name)
+    check(
+        f"another body, {name}: the tool is pressed into the one below its tip",
+        near(answer["max_depth"], deepest, 1e-9) and near(answer["young_scene"], young, 1e-9),
+    )
 for wrong in (("--window", "98,20"), ("--beta", "0"), ("--epsilon", "x"), ("--area", "other")):
     check(f"{' '.join(wrong)} is refused", run("quarter", *wrong)[0] == 2)
 for shape, name in (
@@ -340,6 +363,26 @@ check(
     and near(answer["stiffness"], stiffness, 1e-4)
     and near(answer["hardness_true"], load / true, 5e-3),
 )
+
+# ---- without unloading ----
+
+into = inward(400)
+for name, more, mean in (
+    ("held", 0.97 + 0.02 * np.cos(np.arange(200)), 0.97),  # the load has fallen, and swings
+    ("not held", [], 1.0),
+):
+    more = np.array(more)
+    fabricate(name, curve=(np.r_[into[0], into[0][-1] + 0 * more], np.r_[into[1], into[1][-1] * more]))
+    _, text, answer = run(name)
+    check(
+        f"{name}, no unloading: the load {answer['max_load'] / into[1][-1]:.4f} of the end's",
+        near(answer["max_load"], mean * into[1][-1], 1e-3)
+        and answer["max_load_uncertainty"] < 0.003 * answer["max_load"]
+        and "there is no unloading" in text,
+    )
+fabricate("few rows", curve=inward(6))
+_, _, answer = run("few rows")
+check("few rows: the load's uncertainty is not known", answer["max_load_uncertainty"] is None)
 
 # ---- partial unloads ----
 

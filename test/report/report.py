@@ -164,12 +164,17 @@ def whole_run():
     check("the version", f"gimp3d {version}," in repeat, repeat[:400])
     hardness = section(page, "hardness")
     for words in (
-        "max depth50 nm",
-        "hardness true9.5 GPa",
-        "area true2.5 \N{MICRO SIGN}m\N{SUPERSCRIPT TWO}",
-        "pile up-",
+        "From hardness.json",
+        "largest depth h50 nm",
+        "hardness, true9.5 \N{PLUS-MINUS SIGN} 0.2 GPa",
+        "area, true2.5 \N{MICRO SIGN}m\N{SUPERSCRIPT TWO}",
+        "The unloaded surface is missing",
     ):
         check(f"hardness says {words}", words in hardness, hardness)
+    check("and no pile-up, for there is none", "pile-up" not in hardness, hardness)
+    other = section(page, "hardness_other")
+    for words in ("Hardness, other", "largest depth h70 nm", "Over depth", "6 \N{PLUS-MINUS SIGN} 0.5 GPa"):
+        check(f"hardness of the other tool says {words}", words in other, other)
 
 
 def rows_of(page, name):

@@ -11,7 +11,7 @@ report() { "$PYTHON" "$ROOT/post/report.py" "$@" >report.log 2>&1; }
 "$GIMP3D" <"$here/hostile.nml" >run.log 2>&1 || { cat run.log; fail 'the run'; }
 copy() { # copy NAME: the run without its page
    cp -r run "$1"
-   rm -f "$1/report.html" "$1/hardness.json"
+   rm -f "$1/report.html" "$1"/hardness*.json
 }
 copy killed
 sed -i '/^finished: /,$d' killed/run.log
@@ -48,7 +48,10 @@ sed "s:'out':'fault':; s/\&guard.*//" "$ROOT/test/regression/leaving.nml" >fault
 status=0
 "$GIMP3D" <fault.nml >fault.log 2>&1 || status=$?
 [ $status -eq 3 ] || fail "the run with a fault ended with $status"
-echo '{"max_depth": 50e-9, "hardness_true": 9.5e9, "area_true": 2.5e-12, "pile_up": null}' >run/hardness.json
+echo '{"max_depth": 50e-9, "hardness_true": 9.5e9, "hardness_true_uncertainty": 2e8, "area_true": 2.5e-12, "pile_up": null,
+"missing": ["The unloaded surface is missing: no snapshot."]}' >run/hardness.json
+echo '{"max_depth": 70e-9, "unloadings": [{"max_depth": 40e-9, "hardness_true": 6e9, "hardness_true_uncertainty": 5e8},
+{"max_depth": 70e-9, "hardness_true": null}]}' >run/hardness_other.json
 
 for run in run killed tecplot bare caseless broken older alarmed fault; do
    report "$run" || { cat report.log; fail "the report of $run"; }
