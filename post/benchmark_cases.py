@@ -844,8 +844,8 @@ def cases():
             "512). By these the areas of the reference are from 7 % too small (a circle, where metal "
             "piles up) over 5 % (a triangle) to 29 % too large (elastic). At E/Y = 25 the factor lies "
             "between the last two, by which H on the coarse grid is 3 % too high and 16 % too low. "
-            "At E/Y = 100 the outline is nearly a triangle. H of E/Y = 700 is by an earlier rule for the "
-            "edge of the contact.",
+            "At E/Y = 100 the outline is nearly a triangle. H of E/Y = 700, fine, is by an earlier rule for "
+            "the edge of the contact.",
             berkovich_rows(),
         ),
         Case(

@@ -62,7 +62,7 @@ def entry_of(body, tip, axis):
 
 
 def front_of(body, axis):
-    """How far towards a tool a box, sphere or cylinder reaches: its smallest coordinate along the axis (m)."""
+    """How far towards a tool a box, sphere or cylinder reaches: its least coordinate along the axis (m)."""
     shape = body["shape"][0]
     if shape == "box":
         corners = np.array([body["lower"], body["upper"]])

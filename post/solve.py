@@ -29,6 +29,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 from typing import NamedTuple
 
 if sys.version_info < (3, 11):
@@ -40,7 +41,7 @@ from solve_model import Choice, Errors, MARGIN, Price, Sample, choose
 from study import Study
 from study_report import write_text
 from study_runs import Rejected, share_of_processors
-from study_scene import BadSetting, Scene, scene_of
+from study_scene import BadSetting, Scene, scene_of, side_that_moves
 
 FACTORS = [4, 3, 2, 4 / 3, 1, 2 / 3, 0.5, 1 / 3, 0.25]  # of the scene's cell, or those of the study's file
 SPEEDS = [4.0, 2.0, 1.0, 0.5, 0.25, 0.125]
@@ -114,12 +115,15 @@ class Solve:
     def __init__(self, study, options):
         self.study, self.options, self.quantity = study, options, study.quantity
         self.base = dict(study.setting.base)
-        case = scene_of(study.text, self.base, study.setting).values()
+        case = self.case = scene_of(study.text, self.base, study.setting).values()
         self.cell = case["grid"][0]["cell_size"][0]
         self.own = depth_of(case)  # levels of the scene
         self.factors = study.setting.factors or FACTORS
         self.most = self.own + len(study.setting.level_boxes)
         self.speeds = speed_is_free(case)
+        self.time_step = time_step_of(case)
+        if self.quantity.kind == "load":
+            quantities.tool_of(SimpleNamespace(case=case), self.quantity)  # or there is none
         self.started = time.monotonic()
         self.done = {}  # Key: run
         self.refused = set()  # by the program: (factor, levels), or a Key at another speed or step
@@ -142,7 +146,7 @@ class Solve:
         if key.speed != 1.0:
             found["speed"] = key.speed
         if key.step != 1.0:
-            found["safety"] = key.step * self.base.get("safety", 0.35)
+            found[self.time_step[0]] = key.step * self.time_step[1]
         return found
 
     def refuse(self, key):
@@ -151,7 +155,14 @@ class Solve:
 
     def run(self, key):
         """The run of settings, made if it is not there."""
-        run = self.study.run(self.settings(key))
+        settings = self.settings(key)
+        side = side_that_moves(self.case, settings["cell"])
+        if side:
+            self.refuse(key)
+            raise Unusable(
+                f"cells of {settings['cell']:.4g} m do not divide the grid, whose side {side} holds a body"
+            )
+        run = self.study.run(settings)
         if not run.done:
             run.go()
         if not run.good:
@@ -199,6 +210,11 @@ class Solve:
         faults, last = [], None
         for factor in self.factors:
             begun = time.monotonic()
+            if len(self.done) < 3 and self.left() <= 0:
+                raise Missed(
+                    f"the budget of {self.options.budget:g} s is spent, and {len(self.done)} cells of the "
+                    "three that an order takes have been run"
+                )
             if len(self.done) >= 3:
                 errors = self.of_grids()
                 total = errors.total(self.finest(min(self.done)))
@@ -221,12 +237,24 @@ class Solve:
                 "fewer than three cells of "
                 + ", ".join(f"{f:.3g}" for f in self.factors)
                 + " times the scene's can be used: "
-                + "; ".join(faults)
+                + "; ".join(dict.fromkeys(faults))
             )
         self.middle = sorted(self.done)[1]
-        if self.speeds:
-            self.run(self.middle._replace(speed=2.0))
-        self.run(self.middle._replace(step=0.5))
+        try:
+            if self.speeds:
+                self.one_of(self.middle._replace(speed=speed) for speed in (2.0, 0.5))
+            self.run(self.middle._replace(step=0.5))
+        except Unusable as fault:
+            raise BadSetting(f"the part of the speed, or of the time step, is not to be had: {fault}")
+
+    def one_of(self, keys):
+        """The first of some settings that can be run."""
+        for key in keys:
+            try:
+                return self.run(key)
+            except Unusable as fault:
+                last = fault
+        raise last
 
     def sharpen(self, errors):
         """More pilots after a miss, where they fit into half of what is left of the budget: one at half the
@@ -371,6 +399,27 @@ class Solve:
 def updates_of(run):
     """Particle-steps of a run, from its log."""
     return float(re.search(r"^(\d+) particle-steps on", (run.directory / "log").read_text(), re.M)[1])
+
+
+def time_step_of(case):
+    """What the time step of a scene hangs on, and its value: its own time_step (s), else safety."""
+    group = case.get("time", [{}])[0]
+    if group.get("time_step", [0.0])[0] > 0:
+        return "time_step", group["time_step"][0]
+    return "safety", group.get("safety", [0.35])[0]
+
+
+def seconds_of(text):
+    """Seconds of a time: 600, 90s, 10min, 2h."""
+    number, unit = re.fullmatch(r"([^a-z]*(?:e[-+]?\d+)?) *([a-z]*)", text.strip()).groups()
+    return float(number) * {"": 1, "s": 1, "min": 60, "h": 3600}[unit]
+
+
+def budget_of(text):
+    try:
+        return seconds_of(text)
+    except (AttributeError, KeyError, ValueError):
+        raise argparse.ArgumentTypeError(f"{text} is no time; write 600 (seconds), 90s, 10min or 2h")
 
 
 def speed_is_free(case):
@@ -528,7 +577,12 @@ def solve_scene(study, options):
             f"{sentence_of(record['parts'])}; {said_of_time(record)}"
         )
         if record["met"]:
-            say(f"the target is met: {study.directory / 'answer.json'}, {study.directory / 'chosen.nml'}")
+            open_still = record["error"] + record["error_uncertainty"] > options.error
+            say(
+                "the target is met"
+                + (", though by less than the error is uncertain by" if open_still else "")
+                + f": {study.directory / 'answer.json'}, {study.directory / 'chosen.nml'}"
+            )
             return
         if attempts == ROUNDS:
             break
@@ -568,7 +622,9 @@ def arguments():
         "--quantity", default="", help="one of the study's file beside the scene; without it load or energy"
     )
     parser.add_argument("--error", type=float, required=True, help="asked for, per cent")
-    parser.add_argument("--budget", type=float, default=600.0, help="seconds of the clock for all runs (600)")
+    parser.add_argument(
+        "--budget", type=budget_of, default=600.0, help="of the clock for all runs: 600 (seconds), 10min, 2h"
+    )
     parser.add_argument("--ranks", type=int, default=1, help="of each run (1)")
     parser.add_argument(
         "--setting", type=Path, help="another file than NAME.toml or studies/NAME.toml beside the scene"

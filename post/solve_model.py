@@ -16,6 +16,7 @@ import math
 import numpy as np
 
 import study_fit as fit
+from study_scene import BadSetting
 
 LOWEST_ORDER, HIGHEST_ORDER = 0.5, 3.0
 MARGIN = 0.8  # of the target: what is aimed at
@@ -45,6 +46,8 @@ class Errors:
         cells = [sample.cell for sample in self.ladder]
         self.order, self.limit = self.extrapolate(cells, plain)
         self.scale = float(np.max(np.abs(self.limit)))
+        if self.scale == 0.0:
+            raise BadSetting("the quantity is 0 wherever it is compared, so that no error of it can be had")
         finest = plain[-1] - self.limit
         self.space = finest / cells[-1] ** self.order  # a, as a curve
         self.trust = self.agreement(cells, plain)

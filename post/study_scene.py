@@ -103,6 +103,9 @@ def set_cell(scene, cell, setting):
     upper = [low + count * cell for low, count in zip(grid["lower"], counts)]
     scene.set("grid", "upper", upper)
     for which, level in enumerate(values.get("level", [])):
+        if "max_cells" in level:  # as large a part of the body
+            more = (grid["cell_size"][0] / cell) ** 3
+            scene.set("level", "max_cells", math.ceil(level["max_cells"][0] * more), which)
         if "upper" not in level:  # a ball, or what the error places
             continue
         scene.set(
@@ -114,6 +117,20 @@ def set_cell(scene, cell, setting):
             ],
             which,
         )
+
+
+def side_that_moves(case, cell):
+    """Of a grid that is not a whole number of such cells, a side that holds a body and would move away from
+    it with set_cell: 'y+'; None where there is none."""
+    grid = case["grid"][0]
+    for axis, name in enumerate("xyz"):
+        low, high = grid["lower"][axis], grid["upper"][axis]
+        held = grid.get("boundary", ["free"] * 6)[2 * axis + 1] != "free"
+        touches = any("upper" in body and body["upper"][axis] > high - 1e-6 * cell for body in case["body"])
+        cells = (high - low) / cell
+        if held and touches and abs(cells - round(cells)) > 1e-6 * cells:
+            return f"{name}+"
+    return None
 
 
 def set_levels(scene, count, setting):
@@ -196,6 +213,7 @@ knobs = {
     "levels": set_levels,
     "speed": set_speed,
     "safety": set_safety,
+    "time_step": in_group("time", "time_step"),
     "scheme": set_scheme,
     "steps": set_steps,
     "particles": in_group("body", "particles_per_cell"),

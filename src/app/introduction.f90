@@ -7,7 +7,8 @@ module m_introduction
    use m_machine, only: date_text, find_crowd
    use m_launcher, only: tasks_of_job
    use m_material, only: material_t
-   use m_scene, only: scene_t, body_contact_spec_t, domain_fixed, criterion_error, fill_share, start_as_is
+   use m_scene, only: scene_t, body_contact_spec_t, domain_fixed, criterion_error, fill_share, start_as_is, &
+                      preconditioner_gamg
    use m_offer, only: catalogue_t
    use m_field_table, only: field_table_t, bytes_per_column
    use m_level, only: level_t
@@ -148,7 +149,9 @@ contains
       if (may_lock(scene)) &
          call console%line('may lock   a law keeps its volume, nearly or when it flows, and there is no '// &
                            '&anti_locking: too stiff, and the pressure of single particles swings; '// &
-                           'with it both are mended for up to a quarter more time')
+                           trim(merge('with it both are mended for up to a quarter more time', &
+                                      'preconditioner=''jacobi'' can have it, ''gamg'' cannot   ', &
+                                      scene%quasi_static%preconditioner /= preconditioner_gamg)))
    end subroutine introduce_choices
 
    !> True when a body of several particles a cell keeps its volume, as plastic flow does and as a Poisson's

@@ -132,14 +132,23 @@ contains
       integer, intent(in) :: l
       type(nest_t), intent(in) :: nest
       type(error_t), intent(inout) :: error
-      real(wp) :: center(3)
+      real(wp) :: center(3), reach, width
       if (level%radius < 0.5_wp*least_width*nest%cell) &
          call fail(error, exit_input, text%place('level', l, 'radius')//': allowed: at least '// &
                    to_text(0.5_wp*least_width)//' cells of what it refines, '// &
                    to_text(0.5_wp*least_width*nest%cell, 6)//' m')
       center = (level%center - nest%origin)/nest%cell
-      if (any(center < 0.0_wp) .or. any(center > nest%grid_size)) &
+      if (any(center < 0.0_wp) .or. any(center > nest%grid_size)) then
          call fail(error, exit_input, text%place('level', l, 'center')//': lies outside the grid')
+         return
+      end if
+      if (level%follow == 0) return
+      reach = level%radius/nest%cell
+      width = minval(min(center + reach, nest%grid_size) - max(center - reach, 0.0_wp))
+      if (width < least_width) &
+         call fail(error, exit_input, text%place('level', l, 'radius')//': with follow, '// &
+                   to_text(width, 3)//' cells of what it refines are inside the grid in one direction; '// &
+                   'allowed: at least '//to_text(least_width))
    end subroutine check_sphere
 
    !> Not too many levels, and blocks that can be numbered.

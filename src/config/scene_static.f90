@@ -18,7 +18,9 @@ module m_scene_static
    character(len=*), parameter :: laws(6) = [character(len=11) :: 'elastic', 'neo_hookean', 'j2', 'norton', &
                                              'maxwell', 'umat']
    character(len=*), parameter :: effects(3) = [character(len=12) :: 'gravity', 'pressure', 'anti_locking']
-   real(wp), parameter :: largest_tolerance = 1.0e-2_wp
+   real(wp), parameter :: least_tolerance = 1.0e-12_wp, largest_tolerance = 1.0e-2_wp
+   character(len=*), parameter :: no_inertia = ': not with &quasi_static from the start, which has no '// &
+                                  'inertia; leave it out, or take mode=''newmark'' or a later from'
 
 contains
 
@@ -33,7 +35,7 @@ contains
          call group%get('to', spec%to, above(0.0_wp, 's'))
       if (spec%to <= spec%from) call group%refuse('to', 'must be above from')
       call group%get('ramp', spec%ramp, at_least(0.0_wp, 's'))
-      call group%get('tolerance', spec%tolerance, above(0.0_wp, '', at_most=largest_tolerance))
+      call group%get('tolerance', spec%tolerance, at_least(least_tolerance, '', at_most=largest_tolerance))
       call group%get('creep_limit', spec%creep_limit, above(0.0_wp, '', at_most=0.5_wp))
       call group%get('stabilisation', spec%stabilisation, at_least(0.0_wp, '', at_most=1.0_wp))
       call group%get('iterations', spec%iterations)
@@ -96,7 +98,29 @@ contains
          call fail(error, exit_input, text%place('time', 1, 'time_step')//': not with &quasi_static, '// &
                    'whose own step counts; leave it out')
       if (scene%quasi_static%has_inertia()) call check_inertia(text, scene, error)
+      call check_times(text, scene, error)
    end subroutine check_quasi_static
+
+   !> Times within the run; no speed of bodies where there is no inertia to keep it.
+   subroutine check_times(text, scene, error)
+      type(namelist_text_t), intent(in) :: text
+      type(scene_t), intent(in) :: scene
+      type(error_t), intent(inout) :: error
+      integer :: i
+      associate (spec => scene%quasi_static)
+         if (spec%from >= scene%end_time) &
+            call fail(error, exit_input, text%place('quasi_static', 1, 'from')//': must be below end_time')
+         if (spec%ramp > scene%end_time) &
+            call fail(error, exit_input, text%place('quasi_static', 1, 'ramp')//': must not be above end_time')
+         if (spec%has_inertia() .or. spec%from > 0.0_wp) return
+      end associate
+      do i = 1, size(scene%bodies)
+         if (norm2(scene%bodies(i)%velocity) > 0.0_wp) &
+            call fail(error, exit_input, text%place('body', i, 'velocity')//no_inertia)
+         if (norm2(scene%bodies(i)%angular_velocity) > 0.0_wp) &
+            call fail(error, exit_input, text%place('body', i, 'angular_velocity')//no_inertia)
+      end do
+   end subroutine check_times
 
    !> Between contact groups there are pressure and friction, without inertia.
    subroutine check_groups(text, scene, error)

@@ -55,8 +55,8 @@ contains
       integer :: low(3), high(3), i, j, k
       cell = 2.0_wp*grid%cell
       middle = (center - grid%lower)/cell
-      low = max(floor(middle - radius/cell), 0)
-      high = min(ceiling(middle + radius/cell), grid%cells/2)
+      low = floor(max(middle - radius/cell, 0.0_wp))
+      high = ceiling(min(middle + radius/cell, real(grid%cells/2, wp)))
       ! so that what is next to a side of the grid can be filled
       where (low == 1) low = 0
       where (high == grid%cells/2 - 1) high = grid%cells/2

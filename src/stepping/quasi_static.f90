@@ -31,12 +31,14 @@ module m_quasi_static
       private
       type(quasi_static_spec_t) :: spec
       type(equilibrium_t) :: equilibrium
-      real(wp) :: smallest = 0.0_wp      !< step, s
+      real(wp) :: smallest = 0.0_wp      !< step that is tried, s
       real(wp) :: compliance = 0.01_wp   !< of contact points
       logical :: ahead = .true.          !< explicit steps work ahead
       logical :: creeps = .false.        !< some material goes on by itself
       real(wp) :: way = 0.0_wp           !< largest component of a particle's or tool's in the last step, in
                                          !< what it may be
+      integer :: farthest(3) = 0         !< level, block, particle of this rank that went farthest,
+      real(wp) :: own_way = 0.0_wp       !< and its way
       logical :: failed_before = .false. !< the last step was halved
       character(len=:), allocatable :: told
       integer(i8) :: steps = 0, newton = 0, solves = 0, products = 0, halved = 0
@@ -54,6 +56,7 @@ module m_quasi_static
       procedure, private :: commit
       procedure, private :: choose_next
       procedure, private :: complain
+      procedure, private :: find_culprit
    end type quasi_static_t
 
    real(wp), parameter :: most_of_way = 0.98_wp !< of what particles of the finest level may go: tools
@@ -61,7 +64,7 @@ module m_quasi_static
    real(wp), parameter :: growth = 1.5_wp, least_growth = 0.1_wp
    integer, parameter :: parts_of_creep = 4    !< in which laws that creep take a step
    integer, parameter :: easy = 5              !< Newton iterations up to which the next step is longer
-   real(wp), parameter :: smallest_share = 1.0e-3_wp !< of the first step
+   real(wp), parameter :: smallest_share = 1.0e-3_wp !< of the step that may be taken
 
 contains
 
@@ -73,7 +76,6 @@ contains
       integer :: m
       self%spec = scene%quasi_static
       self%compliance = scene%contact%compliance
-      self%smallest = smallest_share*self%spec%step
       if (.not. model%static_step > 0.0_wp) model%static_step = self%spec%step
       self%equilibrium%wants_log = self%spec%iterations
       self%told = ''
@@ -146,10 +148,9 @@ contains
       real(wp), intent(in) :: share
       real(wp) :: most, speed, remaining
       integer :: t
-      time_step = share*model%static_step
-      if (self%spec%max_step > 0.0_wp) time_step = min(time_step, self%spec%max_step)
       remaining = next_stop(scene, model) - model%time
-      time_step = min(time_step, remaining)
+      time_step = min(max(self%spec%step, model%static_step), remaining)
+      if (self%spec%max_step > 0.0_wp) time_step = min(time_step, self%spec%max_step)
       if (self%creeps) time_step = time_step*creep_share(model, time_step, self%spec%creep_limit)
       do t = 1, size(model%contact%tools)
          speed = model%contact%tools(t)%fastest(model%time, model%time + time_step, &
@@ -157,6 +158,8 @@ contains
          most = most_of_way*longest_way(model, size(model%levels))
          if (speed*time_step > most) time_step = most/speed
       end do
+      self%smallest = smallest_share*min(self%spec%step, time_step)
+      time_step = min(time_step, share*model%static_step)
       time_step = remaining/max(1_i8, ceiling(min(remaining/time_step - 1.0e-6_wp, 1.0e15_wp), i8))
    end function next_step
 
@@ -205,7 +208,7 @@ contains
                      ' Newton iterations ('//reason(self%equilibrium%outcome)//'); it is halved'// &
                      new_line('a')
          if (0.5_wp*now < self%smallest) then
-            call self%complain(model, error)
+            call self%complain(model, now, error)
             call model%timers%on_level(0)
             return
          end if
@@ -247,7 +250,7 @@ contains
       self%solves = self%solves + self%equilibrium%linear%solves
       self%products = self%products + self%equilibrium%linear%products
       call self%equilibrium%system%set_motion(self%equilibrium%z)
-      self%way = max(self%equilibrium%system%farthest(), &
+      self%way = max(self%equilibrium%system%farthest(self%farthest, self%own_way), &
                      maxval(abs([0.0_wp, self%equilibrium%system%contact%tools%way])) &
                      /longest_way(model, size(model%levels)))
       if (self%equilibrium%outcome == found .and. self%way > 1.0_wp) self%equilibrium%outcome = too_far
@@ -315,51 +318,67 @@ contains
       model%static_step = wished
    end subroutine choose_next
 
-   !> Collective: why there is no equilibrium, and where.
-   subroutine complain(self, model, error)
+   !> Collective: why there is no equilibrium with a last step (s), and where.
+   subroutine complain(self, model, last, error)
       class(quasi_static_t), intent(in) :: self
       type(model_t), intent(in) :: model
+      real(wp), intent(in) :: last
       type(error_t), intent(inout) :: error
+      character(len=:), allocatable :: steps
       real(wp) :: worst
       logical :: mine
-      integer :: b, l, n, p
-      b = 0
-      p = 0
-      n = 0
-      l = 1
-      associate (it => self%equilibrium, nodal => self%equilibrium%system%nodal)
-         if (it%outcome == turned) then
-            worst = -it%verdict%smallest
-            l = it%verdict%level
-            b = it%verdict%block
-            p = it%verdict%particle
-         else
-            worst = maxval([-1.0_wp, abs(it%left)])
-            if (size(it%left) > 0) n = maxloc(abs(it%left), dim=1)
-            if (n > 0 .and. n <= nodal) then
-               l = findloc(n > it%system%levels%before, .true., dim=1, back=.true.)
-               associate (at => it%system%levels(l)%unknowns%at(:, n - it%system%levels(l)%before))
-                  b = at(5)
-                  p = nearest_to(model, l, b, at(2:4))
-               end associate
-            end if
-         end if
-         mine = worst >= model%communicator%maximum(worst)
-         if (mine .and. n > nodal) then
-            call fail(error, exit_numerical, 'tool '//it%system%contact%tools%name_of(n - nodal)// &
-                      ': nothing holds it against the loads that push it; move it to where it meets a '// &
-                      'body, or give it speeds')
-         else if (mine .and. p > 0) then
-            call fail(error, exit_numerical, particle_text(model, l, b, p)//': no equilibrium with steps '// &
-                      'down to '//si(self%smallest, 's')//', '//reason(it%outcome)// &
-                      '; try a smaller step, slower loads, smaller cells, or boundaries and tools '// &
-                      'that hold the body')
-         end if
-      end associate
+      integer :: at(3), tool
+      steps = 'no equilibrium with steps down to '//si(last, 's')//': '//reason(self%equilibrium%outcome)
+      call self%find_culprit(model, worst, at, tool)
+      mine = worst >= model%communicator%maximum(worst)
+      if (mine .and. tool > 0) then
+         call fail(error, exit_numerical, 'tool '//self%equilibrium%system%contact%tools%name_of(tool)// &
+                   ': nothing holds it against the loads that push it; move it to where it meets a '// &
+                   'body, or give it speeds')
+      else if (mine .and. at(3) > 0) then
+         call fail(error, exit_numerical, particle_text(model, at(1), at(2), at(3))//': '//steps// &
+                   '; try a smaller step, loads that come on more slowly (ramp), smaller cells, or '// &
+                   'boundaries and tools that hold the body')
+      end if
       call model%communicator%agree(error)
-      if (.not. error%happened()) call fail(error, exit_numerical, 'step '//to_text(model%step + 1)// &
-         ': no equilibrium with steps down to '//si(self%smallest, 's'))
+      if (.not. error%happened()) &
+         call fail(error, exit_numerical, 'step '//to_text(model%step + 1)//': '//steps)
    end subroutine complain
+
+   !> What stands in the way on this rank, and how much: a particle (level, block, particle; 0: none), or a
+   !> tool that nothing holds. That a law asks for a smaller step is of no particle.
+   subroutine find_culprit(self, model, worst, at, tool)
+      class(quasi_static_t), intent(in) :: self
+      type(model_t), intent(in) :: model
+      real(wp), intent(out) :: worst
+      integer, intent(out) :: at(3), tool
+      integer :: n
+      at = 0
+      tool = 0
+      associate (it => self%equilibrium, nodal => self%equilibrium%system%nodal)
+         select case (it%outcome)
+         case (turned)
+            worst = -it%verdict%smallest
+            at = [it%verdict%level, it%verdict%block, it%verdict%particle]
+         case (too_far)
+            worst = self%own_way
+            at = self%farthest
+         case (too_long)
+            worst = 0.0_wp
+         case default
+            worst = maxval([-1.0_wp, abs(it%left)])
+            if (size(it%left) == 0) return
+            n = maxloc(abs(it%left), dim=1)
+            tool = max(0, n - nodal)
+            if (tool > 0) return
+            at(1) = findloc(n > it%system%levels%before, .true., dim=1, back=.true.)
+            associate (node => it%system%levels(at(1))%unknowns%at(:, n - it%system%levels(at(1))%before))
+               at(2) = node(5)
+               at(3) = nearest_to(model, at(1), at(2), node(2:4))
+            end associate
+         end select
+      end associate
+   end subroutine find_culprit
 
    !> Particle of block b nearest to a node of its tile; 0: it has none.
    pure integer function nearest_to(model, l, b, at) result(p)

@@ -406,24 +406,28 @@ contains
       steepest = self%model%communicator%maximum(steepest)
    end function steepest
 
-   !> Collective: largest component of the way of a particle, in what those of its level may go in a step; the
-   !> nodes hold the displacements.
-   real(wp) function farthest(self)
+   !> Collective: the largest component of a particle's way, in what it may be; and of this rank's particles
+   !> that which goes farthest (level, block, particle; 0: there is none) and its own.
+   real(wp) function farthest(self, at, own)
       class(static_system_t), intent(inout) :: self
+      integer, intent(out) :: at(3)
+      real(wp), intent(out) :: own
       type(fastest_t) :: longest
       integer :: b, l
-      farthest = 0.0_wp
+      at = 0
+      own = 0.0_wp
       do l = 1, size(self%levels)
-         associate (level => self%model%levels(l))
+         associate (level => self%model%levels(l), most => longest_way(self%model, l))
             do b = 1, size(level%blocks)
                if (level%blocks(b)%particles%count == 0) cycle
-               longest = fastest_t(0.0_wp)
+               longest = fastest_t(own*most)
                call take_gradients(level, b, self%work, longest)
-               farthest = max(farthest, longest%speed/longest_way(self%model, l))
+               if (longest%particle > 0) at = [l, b, longest%particle]
+               own = longest%speed/most
             end do
          end associate
       end do
-      farthest = self%model%communicator%maximum(farthest)
+      farthest = self%model%communicator%maximum(own)
    end function farthest
 
    !> Collective: product of two vectors of unknowns.

@@ -9,7 +9,7 @@ module m_static_times
    private
    public :: next_stop
 
-   real(wp), parameter :: hair = 1.0e-9_wp !< of the end time: no time so near is still to come
+   real(wp), parameter :: hair = 1.0e-9_wp !< of the time: no time so near is still to come
 
 contains
 
@@ -40,7 +40,7 @@ contains
          real(wp), intent(in) :: times(:)
          integer :: n
          do n = 1, size(times)
-            if (times(n) > model%time + hair*scene%end_time) stop_at = min(stop_at, times(n))
+            if (times(n) > model%time*(1.0_wp + hair)) stop_at = min(stop_at, times(n))
          end do
       end subroutine take
    end function next_stop

@@ -326,8 +326,9 @@ for name, low, high in (
     fabricate(
         name,
         1.0,
-        beside="&material name='steel', model='elastic', density=7800, young=210e9, poisson=0.3 /\n&body "
-        f"material='steel', shape='box', lower={','.join(map(str, low))}, upper={','.join(map(str, high))} /\n",
+        beside="&material name='steel', model='elastic', density=7800, young=210e9, poisson=0.3 /\n"
+        f"&body material='steel', shape='box', lower={','.join(map(str, low))}, "
+        f"upper={','.join(map(str, high))} /\n",
     )
     _, _, answer = run(name)
     check(

@@ -13,8 +13,9 @@ import numpy as np
 
 ROOT = Path(sys.argv[1])
 sys.path.insert(0, str(ROOT / "post"))
-from solve import speed_is_free
+from solve import seconds_of, speed_is_free, time_step_of
 from solve_model import Choice, Errors, Price, Sample, choose
+from study_scene import BadSetting, side_that_moves
 
 faults = []
 
@@ -108,6 +109,31 @@ check(
         )
     ),
 )
+check(
+    "a part of a time step is of the scene's own",
+    time_step_of({}) == ("safety", 0.35)
+    and time_step_of({"time": [{"safety": [0.1], "time_step": [0.0]}]}) == ("safety", 0.1)
+    and time_step_of({"time": [{"safety": [0.1], "time_step": [3e-9]}]}) == ("time_step", 3e-9),
+)
+times = {"600": 600, "90s": 90, "10min": 600, "2h": 7200, "1e3": 1000, "0.5 h": 1800}
+check("times of a budget", all(seconds_of(text) == value for text, value in times.items()))
+held = {
+    "grid": [
+        {"lower": [0, 0, 0], "upper": [6, 6, 6], "boundary": ["free", "free", "free", "roller"] + ["free"] * 2}
+    ],
+    "body": [{"upper": [6, 6, 4]}],
+}
+check(
+    "cells that would move a side away from the body that it holds",
+    side_that_moves(held, 4.0) == "y+"
+    and side_that_moves(held, 2.0) is None
+    and side_that_moves({**held, "body": [{"upper": [6, 5, 4]}]}, 4.0) is None,
+)
+try:
+    Errors([Sample(h, 1.0, 1.0, 0 * x) for h in (1.0, 0.5, 0.3)])
+    check("a quantity that is 0 has no error in per cent", False)
+except BadSetting as error:
+    check("a quantity that is 0 has no error in per cent", "is 0" in str(error))
 
 # ---- the command ----
 SETTING = """

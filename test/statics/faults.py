@@ -1,0 +1,69 @@
+"""Steps that have no equilibrium, and times that must be met. usage: faults.py (in an empty directory; GIMP3D
+is the program)
+
+- A first step that is far longer than the run is halved from what may be taken, not from itself.
+- Where gravity moves particles too far, the one that is named is at the top, which goes farthest.
+- A particle that leaves the grid after a step: the state of the step before stands.
+- A tool that stops after 1e-4 s of a run of 1e6 s has gone that far, and no further."""
+
+import re
+
+from static_scenes import check, finish, require, run, tool
+
+BLOCK = """&grid lower=0,0,0, upper=0.6,0.6,1, cell_size=0.1, boundary='symmetry','free','symmetry','free','roller','free' /
+&body material='soft', shape='box', lower=0,0,0, upper=0.3,0.3,0.6 /
+&material name='soft', density=50, young=1e3, poisson=0.3, """
+
+log = run(
+    "&scene title='long', end_time=1e-6 /\n"
+    + BLOCK
+    + """model='neo_hookean' /
+&pressure lower=0,0,0.6, upper=0.3,0.3,0.6, times=0,1e-6, values=0,300 /
+&quasi_static step=1e3 /
+&output directory='long', formats='none' /
+""",
+    1,
+)
+require("a step that is too long is halved", re.search(r"[1-9]\d* times halved", log))
+
+log = run(
+    "&scene title='heavy', end_time=1 /\n"
+    + BLOCK
+    + """model='neo_hookean' /
+&gravity acceleration=0,0,-30 /
+&quasi_static step=0.1 /
+&output directory='heavy' /
+""",
+    1,
+    (3,),
+)
+place = re.search(r"at \(([^)]*)\) m on level 1: no equilibrium", log)
+require("a particle at the top would move too far", place and float(place[1].split(",")[2]) > 0.5)
+
+log = run(
+    "&scene title='leaves', end_time=10 /\n"
+    + BLOCK
+    + """model='j2', yield_stress=20, hardening_modulus=10 /
+&tool name='p', shape='flat', radius=1, tip=0,0,0.6, times=0, speeds=0.1 /
+&quasi_static step=1 /
+&output directory='leaves' /
+""",
+    1,
+    (3,),
+)
+found = re.search(r"step (\d+), .* left the grid .* the last good state, of step (\d+), stands", log)
+require("a particle leaves the grid: the state before stands", found and int(found[1]) == int(found[2]) + 1)
+
+run(
+    "&scene title='stops', end_time=1e6 /\n"
+    + BLOCK
+    + """model='neo_hookean' /
+&tool name='p', shape='flat', radius=1, tip=0,0,0.6, times=0,1e-4,1.0001e-4, speeds=100,100,0 /
+&quasi_static step=1e-5 /
+&output directory='stops', history_every=1e-9, formats='none' /
+""",
+    1,
+)
+depth = tool("stops", "p")["depth"][-1]
+check("the way of a tool that stops early in a long run", depth / 0.0100005 - 1, 1e-9)
+finish()
