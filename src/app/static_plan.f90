@@ -29,8 +29,9 @@ contains
       type(model_t), intent(inout) :: model
       class(integrator_t), intent(inout) :: integrator
       type(error_t), intent(inout) :: error
-      real(wp) :: bytes(2), began, seconds, first, particles
-      integer :: n, steps
+      real(wp) :: bytes(2), began, seconds, first, particles, seconds_in_all
+      integer :: n, taken, to_come(2)
+      logical :: starts
       first = console%elapsed()
       bytes = model_bytes(model)
       particles = model%communicator%sum_real(real(model%particle_count(), wp))
@@ -46,31 +47,60 @@ contains
          end if
          seconds = model%communicator%maximum(wall_time() - began)
       end do
-      steps = min(timed, int(model%step)) + steps_to_come(scene, model, integrator)
+      taken = min(timed, int(model%step))
+      starts = scene%quasi_static%holds_at(0.0_wp)
+      call count_to_come(scene, model, integrator, to_come)
+      to_come(1) = to_come(1) + merge(taken, 0, starts)
+      to_come(2) = to_come(2) + merge(0, taken, starts)
       call console%line('')
-      call console%line('plan       by '//to_text(min(timed, int(model%step)))//' steps taken on '// &
+      call console%line('plan       by '//to_text(taken)//' steps taken on '// &
                         to_text(model%communicator%ranks)//' rank(s); '//integrator%summary())
-      call console%line('steps      about '//to_text(steps)//', more where one has no equilibrium or '// &
-                        'material creeps')
-      call console%line('time       about '//duration(steps*seconds + first)//': '//to_text(seconds, 3)// &
-                        ' s a step as at the beginning, and the more the more points are pressed')
+      call console%line('steps      about '//to_text(to_come(1))//' implicit'// &
+                        trim(merge(' ', ',', to_come(2) == 0))//explicit_text(to_come(2))// &
+                        '; more where one has no equilibrium or material creeps')
+      seconds_in_all = merge(to_come(1), to_come(2), starts)*seconds + first
+      call console%line('time       about '//duration(seconds_in_all)//': '//to_text(seconds, 3)//' s a step as at the beginning, and the more the more '// &
+                        'points are pressed'//untimed(starts, to_come))
       call console%line('memory     '//si(sum(bytes) + 8.0_wp*tangent_reals*particles, 'B')// &
                         ' on all ranks together: particles '//si(bytes(1), 'B')//', node tiles '// &
-                        si(bytes(2), 'B')//', tangents '// &
-                        si(8.0_wp*tangent_reals*particles, 'B'))
+                        si(bytes(2), 'B')//', tangents '//si(8.0_wp*tangent_reals*particles, 'B')// &
+                        '; besides it the program, vectors of PETSc, and the matrix of multigrid')
       call console%line('planned: '//scene%title//'; nothing was run and nothing written')
    end subroutine print_static_plan
 
-   !> Collective: how many steps there are to the end, each longer than the one before as far as it may be.
-   integer function steps_to_come(scene, model, integrator) result(steps)
+   pure function explicit_text(steps) result(text)
+      integer, intent(in) :: steps
+      character(len=:), allocatable :: text
+      text = ''
+      if (steps > 0) text = ' '//to_text(steps)//' explicit'
+   end function explicit_text
+
+   !> That steps of the other kind than the first ones are not in the time.
+   pure function untimed(starts, to_come) result(text)
+      logical, intent(in) :: starts !< with implicit steps
+      integer, intent(in) :: to_come(2)
+      character(len=:), allocatable :: text
+      text = ''
+      if (minval(to_come) > 0) &
+         text = '; the '//trim(merge('explicit', 'implicit', starts))//' ones are not timed, and not in this'
+   end function untimed
+
+   !> Collective: how many steps there are to the end, implicit and explicit, each implicit one longer than
+   !> the one before as far as it may be.
+   subroutine count_to_come(scene, model, integrator, to_come)
       type(scene_t), intent(in) :: scene
       type(model_t), intent(inout) :: model
       class(integrator_t), intent(inout) :: integrator
-      do steps = 0, most_steps
-         if (model%time >= scene%end_time) return
+      integer, intent(out) :: to_come(2)
+      integer :: kind
+      call integrator%look_ahead()
+      to_come = 0
+      do while (sum(to_come) < most_steps .and. model%time < scene%end_time)
+         kind = merge(1, 2, scene%quasi_static%holds_at(model%time))
+         to_come(kind) = to_come(kind) + 1
          model%time = model%time + integrator%next_step(scene, model, 1.0_wp)
-         model%static_step = growth*model%static_step
+         if (kind == 1) model%static_step = growth*model%static_step
       end do
-   end function steps_to_come
+   end subroutine count_to_come
 
 end module m_static_plan

@@ -17,12 +17,20 @@ module m_contact_area
    use m_face_gap, only: find_gap, near_tool, particles_near, thickest
    implicit none
    private
-   public :: projected_area, area_of_points, mirror_t
+   public :: projected_area, area_of_points, mirror_t, patch_t, patch_under, patch_of
 
    !> A plane of symmetry that the axis is parallel to: a line, inside which `normal` . place >= `from`.
    type :: mirror_t
       real(wp) :: normal(2) = 0.0_wp, from = 0.0_wp
    end type mirror_t
+
+   !> A tool's contact as its axis sees it: the points at the surface, images in mirrors among them.
+   type :: patch_t
+      type(surface_point_t), allocatable :: points(:)
+      type(squares_t) :: squares
+      logical, allocatable :: in_contact(:)
+      type(mirror_t), allocatable :: mirrors(:)
+   end type patch_t
 
    real(wp), parameter :: farthest = 1.5_wp !< cells: gaps that are looked at
    real(wp), parameter :: buried = 0.4_wp !< a point is not at the surface if another one beside it is nearer
@@ -51,12 +59,23 @@ contains
       type(materials_t), intent(in) :: materials
       integer, intent(in) :: carried        !< column of the gaps to this tool that are carried on: not 0 of
                                             !< points that it presses or has just pressed
+      area = area_of(communicator, patch_under(communicator, tool, level, materials, carried), &
+                     level%grid%cell)
+   end function projected_area
+
+   !> Collective: the contact of a tool; arguments as of projected_area.
+   type(patch_t) function patch_under(communicator, tool, level, materials, carried) result(patch)
+      type(communicator_t), intent(in) :: communicator
+      type(tool_t), intent(in) :: tool
+      type(level_t), intent(inout) :: level
+      type(materials_t), intent(in) :: materials
+      integer, intent(in) :: carried
       type(surface_point_t), allocatable :: points(:)
       real(wp) :: across(3, 2)
       across = tangents(tool%spec%axis)
       call gather(communicator, points_near(tool, level, materials, carried, across), points)
-      area = area_of_points(communicator, points, mirrors_of(level, tool, across), level%grid%cell)
-   end function projected_area
+      patch = patch_of(points, mirrors_of(level, tool, across), level%grid%cell)
+   end function patch_under
 
    !> Collective: the area (m2) of contact among points that all ranks know.
    real(wp) function area_of_points(communicator, given, mirrors, cell) result(area)
@@ -64,22 +83,39 @@ contains
       type(surface_point_t), intent(in) :: given(:)
       type(mirror_t), intent(in) :: mirrors(:)
       real(wp), intent(in) :: cell !< m
-      type(surface_point_t), allocatable :: points(:)
-      type(squares_t) :: squares
-      logical, allocatable :: in_contact(:)
-      area = 0.0_wp
-      if (.not. any(given%pressed > 0.0_wp)) return
-      points = with_images(given, mirrors, 2.0_wp*ahead*cell)
-      squares = sorted_in_squares(points, cell)
-      points = pack(points, at_surface(points, squares))
-      squares = sorted_in_squares(points, cell)
-      in_contact = closed_points(points, squares, cell)
-      in_contact = in_contact .or. bearing_at_ridge(points, squares, in_contact, cell)
-      in_contact = in_contact .or. surrounded(points, squares, in_contact, around*cell)
-      if (.not. any(in_contact)) return ! all that is pressed lies below something
-      area = communicator%sum_real(counted(points, squares, in_contact, cell, mirrors, &
-                                           communicator%rank, communicator%ranks))
+      area = area_of(communicator, patch_of(given, mirrors, cell), cell)
    end function area_of_points
+
+   !> Collective: the area (m2) of a patch.
+   real(wp) function area_of(communicator, patch, cell) result(area)
+      type(communicator_t), intent(in) :: communicator
+      type(patch_t), intent(in) :: patch
+      real(wp), intent(in) :: cell !< m
+      area = 0.0_wp
+      if (.not. any(patch%in_contact)) return
+      area = communicator%sum_real(counted(patch%points, patch%squares, patch%in_contact, cell, &
+                                           patch%mirrors, communicator%rank, communicator%ranks))
+   end function area_of
+
+   !> Which of the points that all ranks know are in contact. None where nothing is pressed, or all that is
+   !> lies below something.
+   type(patch_t) function patch_of(given, mirrors, cell) result(patch)
+      type(surface_point_t), intent(in) :: given(:)
+      type(mirror_t), intent(in) :: mirrors(:)
+      real(wp), intent(in) :: cell !< m
+      allocate (patch%points(0), patch%in_contact(0))
+      patch%mirrors = mirrors
+      if (.not. any(given%pressed > 0.0_wp)) return
+      associate (points => with_images(given, mirrors, 2.0_wp*ahead*cell))
+         patch%points = pack(points, at_surface(points, sorted_in_squares(points, cell)))
+      end associate
+      patch%squares = sorted_in_squares(patch%points, cell)
+      associate (points => patch%points, squares => patch%squares)
+         patch%in_contact = closed_points(points, squares, cell)
+         patch%in_contact = patch%in_contact .or. bearing_at_ridge(points, squares, patch%in_contact, cell)
+         patch%in_contact = patch%in_contact .or. surrounded(points, squares, patch%in_contact, around*cell)
+      end associate
+   end function patch_of
 
    !> This rank's particles whose faces are near a tool.
    function points_near(tool, level, materials, carried, across) result(points)

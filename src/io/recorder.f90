@@ -12,6 +12,8 @@ module m_recorder
    use m_text_file, only: text_file_t
    use m_plastic, only: von_mises
    use m_contact_area, only: projected_area
+   use m_contact_outline, only: outline_under
+   use m_outline_file, only: write_outline
    use m_model, only: model_t
    use m_energy, only: balance_t
    use m_probe, only: probe_t, choose_particle, read_probe
@@ -315,7 +317,25 @@ contains
       end if
       if (self%tecplot .and. .not. error%happened()) &
          call write_tecplot_snapshot(model%communicator, snapshot, self%directory, error)
+      if (.not. error%happened()) call record_outlines(self, model, error)
    end subroutine record_snapshot
+
+   !> Collective: with a snapshot, where the contact of each tool ends.
+   subroutine record_outlines(self, model, error)
+      class(recorder_t), intent(in) :: self
+      type(model_t), intent(inout) :: model
+      type(error_t), intent(inout) :: error
+      integer :: n
+      do n = 1, self%tools
+         associate (tool => model%contact%tools(n))
+            if (.not. any(abs(model%contact%states(n)%load) > 0.0_wp)) cycle
+            call write_outline(model%communicator, self%directory, tool%spec%name, self%title, model%time, &
+                               int(model%step), outline_under(model%communicator, tool, &
+                               model%levels(size(model%levels)), model%materials, &
+                               model%contact%candidates%carried + n - 1), error)
+         end associate
+      end do
+   end subroutine record_outlines
 
    !> End the histories; they get their names whether the run ended well or not.
    subroutine finish(self, error)

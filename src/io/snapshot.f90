@@ -11,7 +11,7 @@ module m_snapshot
    use m_text, only: to_text
    implicit none
    private
-   public :: snapshot_file_name
+   public :: snapshot_file_name, step_digits
 
    integer, parameter, public :: component_name_length = 16
    character(len=2), parameter :: symmetric(6) = ['xx', 'yy', 'zz', 'xy', 'yz', 'xz'] ! as VTK has them
@@ -79,10 +79,17 @@ contains
       integer, intent(in) :: step
       character(len=*), intent(in) :: extension !< without the point
       character(len=:), allocatable :: name
+      name = 'particles_'//step_digits(step)//'.'//extension
+   end function snapshot_file_name
+
+   !> The number of a step as names of files have it.
+   pure function step_digits(step) result(text)
+      integer, intent(in) :: step
+      character(len=:), allocatable :: text
       character(len=16) :: digits
       write (digits, '(i0.8)') step
-      name = 'particles_'//trim(digits)//'.'//extension
-   end function snapshot_file_name
+      text = trim(digits)
+   end function step_digits
 
    !> Name of one component: `stress_xx`; the field's own name when it has but one.
    pure function full_name(self, component) result(name)

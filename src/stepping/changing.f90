@@ -23,6 +23,7 @@ module m_changing
    contains
       procedure :: start
       procedure :: next_step
+      procedure :: look_ahead
       procedure :: step
       procedure, private :: kind
       procedure :: keeps_state
@@ -57,6 +58,11 @@ contains
          time_step = next_time_step(scene, model, share)
       end if
    end function next_step
+
+   subroutine look_ahead(self)
+      class(changing_t), intent(inout) :: self
+      call self%statics%look_ahead()
+   end subroutine look_ahead
 
    !> Collective: one step of either kind.
    subroutine step(self, model, time_step, error)

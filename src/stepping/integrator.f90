@@ -13,6 +13,7 @@ module m_integrator
    contains
       procedure :: start
       procedure :: next_step
+      procedure :: look_ahead
       procedure(step), deferred :: step
       procedure :: keeps_state
       procedure :: news
@@ -51,6 +52,12 @@ contains
       real(wp), intent(in) :: share !< of the given one, after a fault
       time_step = next_time_step(scene, model, share)
    end function next_step
+
+   !> From now on `next_step` is asked of times to come, whose state is not known: what hangs on the state
+   !> does not count.
+   subroutine look_ahead(self)
+      class(integrator_t), intent(inout) :: self
+   end subroutine look_ahead
 
    !> True when a step that has failed has left the model as it was.
    pure logical function keeps_state(self)

@@ -45,6 +45,7 @@ module m_quasi_static
    contains
       procedure :: start
       procedure :: next_step
+      procedure :: look_ahead
       procedure :: step
       procedure :: keeps_state
       procedure :: news
@@ -162,6 +163,12 @@ contains
       time_step = min(time_step, share*model%static_step)
       time_step = remaining/max(1_i8, ceiling(min(remaining/time_step - 1.0e-6_wp, 1.0e15_wp), i8))
    end function next_step
+
+   !> Creep of stresses to come is not known.
+   subroutine look_ahead(self)
+      class(quasi_static_t), intent(inout) :: self
+      self%creeps = .false.
+   end subroutine look_ahead
 
    !> Collective: the share of a step in which stress relaxes by no more than is allowed.
    real(wp) function creep_share(model, time_step, most) result(share)

@@ -118,9 +118,7 @@ check(
 times = {"600": 600, "90s": 90, "10min": 600, "2h": 7200, "1e3": 1000, "0.5 h": 1800}
 check("times of a budget", all(seconds_of(text) == value for text, value in times.items()))
 held = {
-    "grid": [
-        {"lower": [0, 0, 0], "upper": [6, 6, 6], "boundary": ["free", "free", "free", "roller"] + ["free"] * 2}
-    ],
+    "grid": [{"lower": [0, 0, 0], "upper": [6, 6, 6], "boundary": [*["free"] * 3, "roller", "free", "free"]}],
     "body": [{"upper": [6, 6, 4]}],
 }
 check(

@@ -4,12 +4,14 @@
 !> angles, the whole and a quarter of it between two mirrors, on all ranks the same; surfaces as they are, and
 !> between nodes that have their gaps: what a grid holds lies between the two. Points that hover inside
 !> count, buried ones do not; a ring has a hole; what hovers and bears pressure beside the ridges of a pyramid
-!> counts; nothing pressed is no area.
+!> counts; nothing pressed is no area. The outline of a disc is a circle, of a quarter its part between the
+!> mirrors from one to the other.
 program contact_area
    use m_kinds, only: wp
    use m_communicator, only: communicator_t
    use m_surface_points, only: surface_point_t
-   use m_contact_area, only: area_of_points, mirror_t
+   use m_contact_area, only: area_of_points, mirror_t, patch_of
+   use m_contact_outline, only: outline_of
    use m_assertions, only: assertions_t
    implicit none
    real(wp), parameter :: pi = acos(-1.0_wp), cell = 1.0_wp, edge = 0.5_wp
@@ -21,6 +23,7 @@ program contact_area
    call discs(8.0_wp, .false., [0.02_wp, 0.01_wp])
    call discs(5.0_wp, .true., [0.05_wp, 0.03_wp])
    call discs(8.0_wp, .true., [0.035_wp, 0.03_wp])
+   call outlines()
    call ring()
    call ridges()
    call test%check(.not. area_of([surface_point_t([0.0_wp, 0.0_wp], 0.1_wp, edge, 0.0_wp)], whole()) > &
@@ -43,6 +46,37 @@ contains
       type(mirror_t), intent(in) :: mirrors(:)
       area_of = area_of_points(comm, points, mirrors, cell)
    end function area_of
+
+   !> Outlines of discs of five cells: mean radius, scatter, and order.
+   subroutine outlines()
+      type(surface_point_t), allocatable :: full(:), part(:)
+      real(wp), allocatable :: edge(:, :), radius(:), angle(:)
+      integer :: law, n
+      do law = 1, 2
+         full = disc(5.0_wp, law, [0.25_wp, 0.25_wp], 0.0_wp, .true.)
+         edge = outline_of(patch_of(full, whole(), cell), cell)
+         radius = norm2(edge, 1)
+         n = size(radius)
+         if (comm%is_root()) print '(3x,a,i0,a,i0,a,f6.3,a,f6.3,a)', 'outline, law ', law, ': ', n, &
+            ' points, mean radius ', sum(radius)/n, ', scatter ', &
+            norm2(radius - sum(radius)/n)/sqrt(real(n, wp)), ' cells'
+         call test%check(n > 30, 'outline: points')
+         call test%check_close(sum(radius)/n, 5.0_wp, 0.125_wp, 'outline: radius')
+         call test%check(norm2(radius - sum(radius)/n) < 0.1_wp*sqrt(real(n, wp)), 'outline: scatter')
+         part = pack(full, full%place(1) > 0.0_wp .and. full%place(2) > 0.0_wp)
+         edge = outline_of(patch_of(part, quarter(), cell), cell)
+         angle = atan2(edge(2, :), edge(1, :))
+         call test%check(all(edge > 0.0_wp), 'outline: between mirrors')
+         call test%check(size(angle) > 8 .and. (increases(angle) .or. increases(-angle)), 'outline: order')
+      end do
+      call test%check(size(outline_of(patch_of(full(:0), whole(), cell), cell)) == 0, 'outline of nothing')
+   end subroutine outlines
+
+   !> True where numbers grow, but for a hair: points may look at the same place.
+   pure logical function increases(values)
+      real(wp), intent(in) :: values(:)
+      increases = all(values(2:) - values(:size(values) - 1) > -0.05_wp)
+   end function increases
 
    !> Error of the area of discs of a radius (cells): in the mean over many lattices and at most, both laws of
    !> the gap.

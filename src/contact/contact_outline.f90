@@ -1,0 +1,117 @@
+!> Where a tool's contact ends, as points on the tool (theory.md, eq. contact-edge).
+module m_contact_outline
+   use m_kinds, only: wp
+   use m_constants, only: pi
+   use m_communicator, only: communicator_t
+   use m_vectors, only: tangents
+   use m_tool, only: tool_t
+   use m_materials, only: materials_t
+   use m_level, only: level_t
+   use m_contact_edge, only: find_edges
+   use m_contact_area, only: patch_t, patch_under
+   implicit none
+   private
+   public :: outline_under, outline_of
+
+   real(wp), parameter :: near = 1.0e-6_wp  !< cells: so near the tool's surface is reached
+   real(wp), parameter :: far = 100.0_wp    !< cells: no part of a tool is so far ahead of its point
+   integer, parameter :: most_steps = 1000  !< towards it
+
+contains
+
+   !> Collective: the points (3, :) of the outline of a tool's contact, m, of the modelled part, in order
+   !> around its middle; none where there is no contact. Arguments as of projected_area.
+   function outline_under(communicator, tool, level, materials, carried) result(outline)
+      type(communicator_t), intent(in) :: communicator
+      type(tool_t), intent(in) :: tool
+      type(level_t), intent(inout) :: level
+      type(materials_t), intent(in) :: materials
+      integer, intent(in) :: carried
+      real(wp), allocatable :: outline(:, :)
+      real(wp), allocatable :: edge(:, :)
+      real(wp) :: across(3, 2)
+      integer :: n
+      across = tangents(tool%spec%axis)
+      edge = outline_of(patch_under(communicator, tool, level, materials, carried), level%grid%cell)
+      allocate (outline(3, size(edge, 2)))
+      do n = 1, size(edge, 2)
+         outline(:, n) = on_tool(tool, matmul(across, edge(:, n)), level%grid%cell)
+      end do
+   end function outline_under
+
+   !> The points (2, :) across the axis, m, where the points beside a patch see its edge, inside the mirrors.
+   function outline_of(patch, cell) result(edge)
+      type(patch_t), intent(in) :: patch
+      real(wp), intent(in) :: cell !< m
+      real(wp), allocatable :: edge(:, :)
+      real(wp) :: outwards(2, size(patch%points)), back(size(patch%points)), middle(2)
+      logical :: known(size(patch%points))
+      integer :: k, m, n, p
+      allocate (edge(2, 0))
+      if (.not. any(patch%in_contact)) return
+      call find_edges(patch%points, patch%squares, patch%in_contact, cell, known, outwards, back)
+      edge = reshape([(patch%points(p)%place - back(p)*outwards(:, p), p=1, size(known))], [2, size(known)])
+      do k = 1, size(patch%mirrors)
+         associate (mirror => patch%mirrors(k))
+            known = known .and. matmul(mirror%normal, edge) > mirror%from
+         end associate
+      end do
+      n = count(known)
+      edge = reshape(pack(edge, spread(known, 1, 2)), [2, n])
+      do m = 1, 2
+         middle(m) = sum(patch%points%place(m), mask=patch%in_contact)/count(patch%in_contact)
+      end do
+      edge = edge(:, around(edge, middle))
+   end function outline_of
+
+   !> The order of points by their angle about a middle, from behind the widest gap on.
+   pure function around(edge, middle) result(order)
+      real(wp), intent(in) :: edge(:, :), middle(2)
+      integer :: order(size(edge, 2))
+      real(wp) :: angle(size(edge, 2)), gap(size(edge, 2))
+      integer :: i, n
+      n = size(order)
+      if (n == 0) return
+      angle = atan2(edge(2, :) - middle(2), edge(1, :) - middle(1))
+      order = [(i, i=1, n)]
+      call sort(angle, order)
+      gap = [angle(order(1)) - angle(order(n)) + 2.0_wp*pi, angle(order(2:)) - angle(order(:n - 1))]
+      order = cshift(order, maxloc(gap, dim=1) - 1)
+   end function around
+
+   !> Sort numbers of points by an angle: by insertion, for there are some hundreds.
+   pure subroutine sort(angle, order)
+      real(wp), intent(in) :: angle(:)
+      integer, intent(inout) :: order(:)
+      integer :: i, j, moved
+      do i = 2, size(order)
+         moved = order(i)
+         j = i - 1
+         do while (j >= 1)
+            if (angle(order(j)) <= angle(moved)) exit
+            order(j + 1) = order(j)
+            j = j - 1
+         end do
+         order(j + 1) = moved
+      end do
+   end subroutine sort
+
+   !> The point of a tool's surface on the line along its axis through a place: from ahead of it, by steps as
+   !> long as the gap. Beside the tool, where it is nearest after so many steps.
+   function on_tool(tool, place, cell) result(point)
+      type(tool_t), intent(in) :: tool
+      real(wp), intent(in) :: place(3), cell !< m
+      real(wp) :: point(3)
+      real(wp) :: gap, normal(3)
+      integer :: step
+      associate (axis => tool%spec%axis)
+         point = place + (dot_product(tool%point - place, axis) + far*cell)*axis
+         do step = 1, most_steps
+            call tool%gap_and_normal(point, gap, normal)
+            if (gap < near*cell) return
+            point = point - gap*axis
+         end do
+      end associate
+   end function on_tool
+
+end module m_contact_outline
