@@ -59,8 +59,9 @@ contains
                         trim(merge(' ', ',', to_come(2) == 0))//explicit_text(to_come(2))// &
                         '; more where one has no equilibrium or material creeps')
       seconds_in_all = merge(to_come(1), to_come(2), starts)*seconds + first
-      call console%line('time       about '//duration(seconds_in_all)//': '//to_text(seconds, 3)//' s a step as at the beginning, and the more the more '// &
-                        'points are pressed'//untimed(starts, to_come))
+      call console%line('time       about '//duration(seconds_in_all)//': '//to_text(seconds, 3)// &
+                        ' s a step as at the beginning, and the more the more points are pressed'// &
+                        untimed(starts, to_come))
       call console%line('memory     '//si(sum(bytes) + 8.0_wp*tangent_reals*particles, 'B')// &
                         ' on all ranks together: particles '//si(bytes(1), 'B')//', node tiles '// &
                         si(bytes(2), 'B')//', tangents '//si(8.0_wp*tangent_reals*particles, 'B')// &
