@@ -148,6 +148,23 @@ def set_levels(scene, count, setting):
     scene.remove("level", count)
 
 
+fewest_placed = 1000  # cells: the least that `max_cells` may be
+
+
+def set_placed(scene, share, setting):
+    """A level that the error places, of at most so large a share of the grid's cells, for the scene's own. It
+    begins where the first of the study's `level_boxes` is, if there are any."""
+    grid = scene.values()["grid"][0]
+    cells = [round((high - low) / grid["cell_size"][0]) for low, high in zip(grid["lower"], grid["upper"])]
+    most = max(fewest_placed, math.ceil(8 * share * math.prod(cells)))
+    scene.remove("level")
+    box = {}
+    for lower, upper in setting.level_boxes[:1]:
+        box["lower"] = [max(pair) for pair in zip(lower, grid["lower"])]
+        box["upper"] = [min(pair) for pair in zip(upper, grid["upper"])]
+    scene.add("level", **box, criterion="error", max_cells=most, tolerance=0.1)
+
+
 def set_speed(scene, factor, setting):
     """Everything that is prescribed in time goes so many times as fast."""
     if factor == 1:
@@ -211,6 +228,7 @@ knobs = {
     "cell": set_cell,
     "without": take_out,
     "levels": set_levels,
+    "placed": set_placed,
     "speed": set_speed,
     "safety": set_safety,
     "time_step": in_group("time", "time_step"),

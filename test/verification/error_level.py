@@ -1,6 +1,7 @@
-"""A level that the estimated error places, under a ball that is pressed into an elastic-plastic block and
-slides over it: it follows the ball, keeps to its budget, keeps mass and the balance of energy, and gives the
-load of a grid that is as fine everywhere within 2 %, with a fraction of its particle-steps."""
+"""Levels that the estimated error places, under a ball that is pressed into an elastic-plastic block and slides
+over it, and under a cylinder that rolls on it: they follow the tool, keep to their budget, keep mass and the
+balance of energy, and give load and peak recovered stress of a grid that is as fine everywhere within 2 %,
+with a part of its particle-steps."""
 
 import re
 import shutil
@@ -12,43 +13,63 @@ import h5py
 import numpy as np
 
 GIMP3D = sys.argv[1]
-SCENE = """&scene title='a ball slides', end_time=1.5 /
+SCENE = """&scene title='a tool moves along', end_time=1.5 /
 &grid lower=0,0,0, upper=20,8,9, cell_size={cell}, boundary='roller','roller','symmetry','roller','roller','free' /
 {level}
 &material name='m', model='j2', density=1, young=1000, poisson=0.3, yield_stress=30, hardening_modulus=50 /
 &body material='m', shape='box', lower=0,0,0, upper=20,8,6, particles_per_cell=8 /
-&tool name='ball', shape='sphere', radius=4, tip=6,0,6, times=0,0.05,0.25,0.3, speeds=0,2,2,0 /
-&motion tool='ball', kind='slide', axis=1,0,0, times=0.3,0.35, speeds=0,4 /
+&tool name='tool', {tool}, tip=6,0,6, times=0,0.05,0.25,0.3, speeds=0,2,2,0 /
+&motion tool='tool', kind='slide', axis=1,0,0, times=0.3,0.35, speeds=0,4 /
 &output directory='{name}', formats='hdf5', every=0.5 /
 """
+BALL = "shape='sphere', radius=4"
+ROLLER = (
+    "shape='cylinder', radius=4, edge=0,1,0, friction=0.3",
+    "&motion tool='tool', kind='turn', axis=0,1,0, point=6,0,10, times=0.3,0.35, speeds=0,1 /\n",
+)
 
 
-def run(name, level, cell=1.0, ranks=1):
-    shutil.rmtree(name, ignore_errors=True)
-    text = SCENE.format(name=name, level=level, cell=cell)
-    command = [GIMP3D] if ranks == 1 else ["mpirun", "-n", str(ranks), GIMP3D]
-    done = subprocess.run(command, input=text, text=True, capture_output=True)
-    if done.returncode:
-        sys.exit(f"{name} ends with status {done.returncode}: {done.stderr}")
-    lines = Path(name, "tool_ball.dat").read_text().splitlines()
+class Run:
+    """One run: mean loads down and along while the tool moves (N), peak recovered von Mises stress at its end
+    (Pa), particle-steps and seconds, boxes around the second level, mass (kg), error of the balance (%)."""
+
+    def __init__(self, name, level, cell=1.0, ranks=1, tool=BALL, more=""):
+        shutil.rmtree(name, ignore_errors=True)
+        text = SCENE.format(name=name, level=level, cell=cell, tool=tool) + more
+        command = [GIMP3D] if ranks == 1 else ["mpirun", "-n", str(ranks), GIMP3D]
+        done = subprocess.run(command, input=text, text=True, capture_output=True)
+        if done.returncode:
+            sys.exit(f"{name} ends with status {done.returncode}: {done.stderr}")
+        names, rows = columns(Path(name, "tool_tool.dat"))
+        late = rows[:, 0] > 0.8
+        self.loads = [rows[late, names.index(f"load_{axis}")].mean() for axis in "zx"]
+        self.steps = int(re.search(r"^(\d+) particle-steps", done.stdout, re.M).group(1))
+        self.seconds = float(re.search(r"^processors: ([\d.]+) s", done.stdout, re.M).group(1))
+        self.boxes = []
+        for path in sorted(Path(name).glob("particles_*.h5")):
+            with h5py.File(path) as file:
+                data = file["VTKHDF/FieldData"]
+                if "level_lower" in data:
+                    self.boxes.append((data["level_lower"][1], data["level_upper"][1]))
+                self.peak = von_mises(file["VTKHDF/PointData/stress_recovered"][:]).max()
+        names, rows = columns(Path(name, "energy.dat"))
+        self.mass = rows[:, names.index("mass")]
+        self.balance = float(
+            re.search(r"^energy balance error: .*, ([0-9.e-]+) %", done.stdout, re.M).group(1)
+        )
+
+
+def columns(path):
+    """Names and rows of a history."""
+    lines = path.read_text().splitlines()
     names = re.findall(r'"(\w+) \[', next(line for line in lines if line.startswith("VARIABLES")))
-    rows = np.loadtxt([line for line in lines if re.match(r"^\s*[-0-9]", line)])
-    late = rows[:, 0] > 0.8
-    loads = [rows[late, names.index(f"load_{axis}")].mean() for axis in "zx"]
-    steps = int(re.search(r"^(\d+) particle-steps", done.stdout, re.M).group(1))
-    boxes = []
-    for path in sorted(Path(name).glob("particles_*.h5")):
-        with h5py.File(path) as file:
-            data = file["VTKHDF/FieldData"]
-            if "level_lower" in data:
-                boxes.append((data["level_lower"][1], data["level_upper"][1]))
-    lines = Path(name, "energy.dat").read_text().splitlines()
-    names = re.findall(r'"(\w+) \[', next(line for line in lines if line.startswith("VARIABLES")))
-    mass = np.array(
-        [float(line.split()[names.index("mass")]) for line in lines if re.match(r"^\s*[-0-9]", line)]
-    )
-    balance = float(re.search(r"^energy balance error: .*, ([0-9.e-]+) %", done.stdout, re.M).group(1))
-    return loads, steps, boxes, mass, balance
+    return names, np.loadtxt([line for line in lines if re.match(r"^\s*[-0-9]", line)])
+
+
+def von_mises(stress):
+    normal, shear = stress[:, :3], stress[:, 3:]
+    deviator = normal - normal.mean(axis=1, keepdims=True)
+    return np.sqrt(1.5 * (deviator**2).sum(axis=1) + 3 * (shear**2).sum(axis=1))
 
 
 failed = False
@@ -60,30 +81,47 @@ def need(condition, what):
     print(f"   {'' if condition else 'FAILED: '}{what}")
 
 
-LEVEL = "&level criterion='error', max_cells=3000, tolerance=0.1 /"
-fine, all_steps, _, _, balance_fine = run("fine", "", cell=0.5)
-coarse, _, _, _, _ = run("coarse", "")
-loads, steps, boxes, mass, balance = run("placed", LEVEL)
-print(
-    f"   load {loads[0]:.5g}, fine {fine[0]:.5g}, coarse {coarse[0]:.5g} N; along {loads[1]:.4g}, "
-    f"{fine[1]:.4g}, {coarse[1]:.4g} N"
-)
-need(
-    abs(loads[0] / fine[0] - 1) < 0.02,
-    f"load {100 * (loads[0] / fine[0] - 1):+.2f} % off the fine grid's; the coarse one "
-    f"{100 * (coarse[0] / fine[0] - 1):+.2f} %",
-)
-need(steps < 0.6 * all_steps, f"{100 * steps / all_steps:.0f} % of the fine grid's particle-steps")
-print(
-    "   boxes around the level:", [f"x {low[0]:g} to {high[0]:g}, z from {low[2]:g}" for low, high in boxes]
-)
-need(boxes[-1][1][0] > boxes[0][1][0] + 3, "the level has followed the ball")
-need(np.abs(mass / mass[0] - 1).max() < 1e-12, f"mass {np.abs(mass / mass[0] - 1).max():.1e}")
-need(balance < balance_fine + 1, f"energy balance {balance} %, {balance_fine} % on the fine grid")
+def compare(what, level, share, tool=BALL, more=""):
+    """A placed level beside grids as fine, and as coarse, everywhere."""
+    fine = Run(f"{what}_fine", "", 0.5, tool=tool, more=more)
+    coarse = Run(f"{what}_coarse", "", tool=tool, more=more)
+    placed = Run(f"{what}_placed", level, tool=tool, more=more)
+    off = lambda one, other: 100 * (one / other - 1)
+    need(
+        abs(off(placed.loads[0], fine.loads[0])) < 2,
+        f"{what}: load {off(placed.loads[0], fine.loads[0]):+.2f} % off the fine grid's; the coarse one "
+        f"{off(coarse.loads[0], fine.loads[0]):+.2f} %; along "
+        + ", ".join(f"{run.loads[1]:.4g}" for run in (placed, fine, coarse))
+        + " N",
+    )
+    need(
+        abs(off(placed.peak, fine.peak)) < 2,
+        f"{what}: peak recovered stress {off(placed.peak, fine.peak):+.2f} %; "
+        f"the coarse one {off(coarse.peak, fine.peak):+.2f} %",
+    )
+    need(
+        placed.steps < share * fine.steps,
+        f"{what}: {100 * placed.steps / fine.steps:.0f} % of the particle-steps, "
+        f"{100 * placed.seconds / fine.seconds:.0f} % of the time",
+    )
+    print("   boxes:", [f"x {low[0]:g} to {high[0]:g}, z from {low[2]:g}" for low, high in placed.boxes])
+    need(placed.boxes[-1][1][0] > placed.boxes[0][1][0] + 3, f"{what}: the level has followed the tool")
+    change = np.abs(placed.mass / placed.mass[0] - 1).max()
+    need(change < 1e-12, f"{what}: mass {change:.1e}")
+    need(
+        placed.balance < fine.balance + 1,
+        f"{what}: energy balance {placed.balance} %, {fine.balance} % on the fine grid",
+    )
+    return fine
+
+
+LEVEL = "&level criterion='error', max_cells={}, tolerance=0.1 /"
+fine = compare("sliding", LEVEL.format(3000), 0.6)
+compare("rolling", LEVEL.format(6000), 0.8, *ROLLER)
 # the bits of contact depend on the ranks, and regions may differ by a cell with them
-two, _, _, _, _ = run("placed_on_two", LEVEL, ranks=2)
+two = Run("placed_on_two", LEVEL.format(3000), ranks=2)
 need(
-    abs(two[0] / fine[0] - 1) < 0.02,
-    f"load on two ranks {100 * (two[0] / fine[0] - 1):+.2f} % off the fine grid's",
+    abs(two.loads[0] / fine.loads[0] - 1) < 0.02,
+    f"load on two ranks {100 * (two.loads[0] / fine.loads[0] - 1):+.2f} % off the fine grid's",
 )
 sys.exit(1 if failed else 0)

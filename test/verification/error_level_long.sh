@@ -1,6 +1,6 @@
 #!/bin/sh
 #test: long
 #test: limit 300
-# A level that the estimated error places follows a ball that slides.
+# Levels that the estimated error places follow a ball that slides and a cylinder that rolls.
 . "$(dirname "$0")/../harness/env.sh"
 exec "$PYTHON" "$ROOT/test/verification/error_level.py" "$GIMP3D"
