@@ -2,7 +2,8 @@
 elements.
 
 usage: indenter.py FILE CURVATURE STIFFNESS WORK AREA
-       the four: how far off they may be, in per cent but the work ratio, which is absolute
+       the four: how far off they may be, in per cent but the work ratio, which is absolute; AREA also of the
+       hardness
 
 The finite elements: data/FEM_70deg.csv of https://github.com/lululxvi/deep-learning-for-indentation
 (Apache-2.0; Lu et al., PNAS 117 (2020) 7052), E = 10 GPa, Y = 0.1 GPa, n = 0: C/Y = 70.0, S/(E' h) = 6.258,
@@ -38,6 +39,9 @@ check(
     answer["area_profile"] / depth**2,
     true,
     0.01 * true * area,
+)
+check(
+    "hardness by the true area, over Y", answer["hardness_true"] / yield_stress, 70 / true, 0.7 / true * area
 )
 check("exponent of the loading", answer["loading_exponent"], 2.0, 0.15)
 check("kinetic energy over work", answer["kinetic_share"], 0.0, 0.01)
