@@ -664,21 +664,24 @@ def write_files(run, record, answer, results, pictures, suffix):
 
 
 def numbers(text):
-    return [float(word) for word in text.split(",")]
+    try:
+        return [float(word) for word in text.split(",")]
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text} is no list of numbers, as 24.5,1e3")
 
 
 def window_of(text):
-    low, high = numbers(text)
-    if not 0 < low < high <= 100:
-        raise ValueError
-    return low, high
+    shares = numbers(text)
+    if len(shares) != 2 or not 0 < shares[0] < shares[1] <= 100:
+        raise argparse.ArgumentTypeError(f"{text}: two shares in per cent, the smaller one first, as 20,98")
+    return tuple(shares)
 
 
 def positive(text):
-    value = float(text)
-    if not 0 < value < math.inf:
-        raise ValueError
-    return value
+    value = numbers(text)
+    if len(value) != 1 or not 0 < value[0] < math.inf:
+        raise argparse.ArgumentTypeError(f"{text}: a number above 0")
+    return value[0]
 
 
 def main():
