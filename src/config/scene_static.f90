@@ -110,9 +110,6 @@ contains
       associate (spec => scene%quasi_static)
          if (spec%from >= scene%end_time) &
             call fail(error, exit_input, text%place('quasi_static', 1, 'from')//': must be below end_time')
-         if (spec%ramp > scene%end_time) &
-            call fail(error, exit_input, text%place('quasi_static', 1, 'ramp')// &
-                      ': must not be above end_time')
          if (spec%has_inertia() .or. spec%from > 0.0_wp) return
       end associate
       do i = 1, size(scene%bodies)

@@ -49,7 +49,7 @@ for ranks in (1, 2):
 
 # mpirun hands SIGUSR1 on at once, SIGTERM after so many seconds, after as many more it kills; its status is
 # its own
-os.environ["OMPI_MCA_odls_base_sigkill_timeout"] = "5"
+os.environ["OMPI_MCA_odls_base_sigkill_timeout"] = "8"
 process = start(2, scene(PLASTIC, "launcher", end=2000, every=0, history=1))
 wait_for(lambda: Path("launcher", "energy.dat").exists(), process)
 process.send_signal(signal.SIGUSR1)

@@ -75,6 +75,8 @@ def bad_values(directory):
         history = History(path)
         if not all(np.all(np.isfinite(values)) for values in history.columns.values()):
             found.append(str(path))
+        if path.name.startswith("outline_"):
+            continue
         if not np.all(np.diff(history["time"]) > 0.0):
             found.append(f"{path}: times do not rise")
     return found

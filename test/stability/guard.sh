@@ -1,4 +1,5 @@
 #!/bin/bash
+#test: beside
 #test: limit 480
 # The guard: faults that are planted end the run with status 3, one sentence and a whole last good state, on 1 and 2 ranks; or, planted
 # once, are got over by a retry. What is unstable at the given time step finishes with retries, without energy from nowhere.

@@ -185,7 +185,7 @@ def punch(args, cells, effect):
       penetration_factor=0.5 /
 {effect or OFF}"""
     load = np.abs(
-        History(next(run(args, f"punch_{cells}_{len(effect)}", text).glob("*strip*.dat")))["load_z"]
+        History(next(run(args, f"punch_{cells}_{len(effect)}", text).glob("tool_strip*.dat")))["load_z"]
     )
     pressure = load / (0.25 * h) / 1e3
     return [float(pressure[int((share - 0.05) * 200) : int(share * 200) + 1].mean()) for share in (0.7, 1.0)]
