@@ -1,5 +1,6 @@
 #!/bin/bash
 #test: beside
+#test: long
 # As many times as are wanted: 200 000 points of a straight line do what its two ends do, and case.nml says them all.
 . "$(dirname "$0")/../harness/env.sh"
 "$PYTHON" - <<'PYTHON'

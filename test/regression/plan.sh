@@ -1,6 +1,7 @@
 #!/bin/sh
 # mode='plan': writes nothing, exits 0, and says what the run then has (plan.py): a scene with a tool, one with levels, one without
 # either, and one that moves at once. A plan of bad input, and one of a run that goes on, are refused; a scene that fails has none.
+#test: beside
 #test: limit 200
 . "$(dirname "$0")/../harness/env.sh"
 

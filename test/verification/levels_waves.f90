@@ -4,6 +4,7 @@
 !> A pulse v = h exp(-(s/w)^2), w = 6 coarse cells, of plane strain. The velocity is that of half a step
 !> before the stress, as leapfrog wants it: else a wave of 1.4 % goes back from the start. What is left behind
 !> the pulse may be at most 1 % of its height above what the uniform coarse grid leaves there.
+!test: long
 !test: limit 120
 program levels_waves
    use m_kinds, only: wp
