@@ -6,13 +6,8 @@ import hardness
 from report_page import section, si, table, tag
 
 reasons = {"beta": "beta_reason", "epsilon": "epsilon_reason", "area_oliver_pharr": "area_function"}
-over_depth = [
-    ("load", "max_load", "N"),
-    ("hardness, Oliver-Pharr", "hardness_oliver_pharr", "Pa"),
-    ("hardness, true", "hardness_true", "Pa"),
-    ("E_r, Oliver-Pharr", "modulus_oliver_pharr", "Pa"),
-    ("E_r, true", "modulus_true", "Pa"),
-]
+over_depth = "max_load", "hardness_oliver_pharr", "hardness_true", "modulus_oliver_pharr", "modulus_true"
+of_key = {key: (label, unit) for label, key, unit in hardness.table}
 
 
 def hardness_sections(report):
@@ -37,12 +32,9 @@ def of_tool(name, answer):
         content.append(
             table(
                 "Over depth, of each unloading",
-                ["depth", *(label for label, _, _ in over_depth)],
+                ["depth", *(of_key[key][0] for key in over_depth)],
                 [
-                    (
-                        quantity(row, "max_depth", "m"),
-                        *(quantity(row, key, unit) for _, key, unit in over_depth),
-                    )
+                    tuple(quantity(row, key, of_key[key][1]) for key in ("max_depth", *over_depth))
                     for row in unloadings
                 ],
             )

@@ -29,7 +29,6 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from types import SimpleNamespace
 from typing import NamedTuple
 
 if sys.version_info < (3, 11):
@@ -123,7 +122,7 @@ class Solve:
         self.speeds = speed_is_free(case)
         self.time_step = time_step_of(case)
         if self.quantity.kind == "load":
-            quantities.tool_of(SimpleNamespace(case=case), self.quantity)  # or there is none
+            quantities.tool_of(case, self.quantity)  # refused before any run where there is none
         self.started = time.monotonic()
         self.done = {}  # Key: run
         self.refused = set()  # by the program: (factor, levels), or a Key at another speed or step
@@ -411,15 +410,10 @@ def time_step_of(case):
 
 def seconds_of(text):
     """Seconds of a time: 600, 90s, 10min, 2h."""
-    number, unit = re.fullmatch(r"([^a-z]*(?:e[-+]?\d+)?) *([a-z]*)", text.strip()).groups()
-    return float(number) * {"": 1, "s": 1, "min": 60, "h": 3600}[unit]
-
-
-def budget_of(text):
-    try:
-        return seconds_of(text)
-    except (AttributeError, KeyError, ValueError):
+    found = re.fullmatch(r"([\d.]+(?:e[-+]?\d+)?) *(s|min|h|)", text.strip())
+    if not found:
         raise argparse.ArgumentTypeError(f"{text} is no time; write 600 (seconds), 90s, 10min or 2h")
+    return float(found[1]) * {"": 1, "s": 1, "min": 60, "h": 3600}[found[2]]
 
 
 def speed_is_free(case):
@@ -623,7 +617,7 @@ def arguments():
     )
     parser.add_argument("--error", type=float, required=True, help="asked for, per cent")
     parser.add_argument(
-        "--budget", type=budget_of, default=600.0, help="of the clock for all runs: 600 (seconds), 10min, 2h"
+        "--budget", type=seconds_of, default=600.0, help="of the clock for all runs: 600 (seconds), 10min, 2h"
     )
     parser.add_argument("--ranks", type=int, default=1, help="of each run (1)")
     parser.add_argument(

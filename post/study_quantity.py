@@ -34,8 +34,8 @@ def worst_balance(run):
     return 100 * float(np.max(np.abs(history["balance_error"][late])))
 
 
-def tool_of(run, quantity):
-    tools = run.case.get("tool", [])
+def tool_of(case, quantity):
+    tools = case.get("tool", [])
     for number, tool in enumerate(tools, 1):
         if not quantity.tool or tool.get("name", [f"tool{number}"])[0] == quantity.tool:
             return tool, tool.get("name", [f"tool{number}"])[0]
@@ -43,7 +43,7 @@ def tool_of(run, quantity):
 
 
 def load(run, quantity):
-    tool, name = tool_of(run, quantity)
+    tool, name = tool_of(run.case, quantity)
     history = History(run.directory / f"tool_{name}.dat")
     _, gap = indentation.indented_body(run.case, tool)
     share = indentation.share_of_body(history)
@@ -137,7 +137,7 @@ def reference_of(quantity, runs, folder):
     if isinstance(wanted, (int, float)) and not isinstance(wanted, bool):
         return f"{wanted:.6g}", (np.zeros(1), np.full(1, float(wanted)))
     if wanted == "theory" and quantity.kind == "load":
-        tool, _ = tool_of(runs[0], quantity)
+        tool, _ = tool_of(runs[0].case, quantity)
         theory = indentation.half_space_theory(runs[0].case, tool)
         if theory is None:
             raise BadSetting(f"quantity {quantity.name}: there is no theory for this tool")

@@ -137,6 +137,7 @@ contains
    subroutine introduce_choices(console, scene)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
+      character(len=:), allocatable :: cure
       if (scene%chose_domain .and. scene%quasi_static%present) call console%line( &
          "chosen     domain='stretch', for the law is made for large strains")
       if (scene%chose_domain .and. .not. scene%quasi_static%present) call console%line( &
@@ -146,12 +147,12 @@ contains
       if (scene%brought /= '') &
          call console%line('chosen     '//scene%brought//', for plastic flow locks without; up to a '// &
                            'quarter more time; &'//scene%brought//" kind='none' / leaves it out")
-      if (may_lock(scene)) &
-         call console%line('may lock   a law keeps its volume, nearly or when it flows, and there is no '// &
-                           '&anti_locking: too stiff, and the pressure of single particles swings; '// &
-                           trim(merge('with it both are mended for up to a quarter more time', &
-                                      'preconditioner=''jacobi'' can have it, ''gamg'' cannot   ', &
-                                      scene%quasi_static%preconditioner /= preconditioner_gamg)))
+      if (.not. may_lock(scene)) return
+      cure = 'with it both are mended for up to a quarter more time'
+      if (scene%quasi_static%preconditioner == preconditioner_gamg) &
+         cure = "preconditioner='jacobi' can have it, 'gamg' cannot"
+      call console%line('may lock   a law keeps its volume, nearly or when it flows, and there is no '// &
+                        '&anti_locking: too stiff, and the pressure of single particles swings; '//cure)
    end subroutine introduce_choices
 
    !> True when a body of several particles a cell keeps its volume, as plastic flow does and as a Poisson's

@@ -185,8 +185,6 @@ contains
       self%course%steps = self%course%steps + 1
       if (self%model%requested_action == asks_end_lost) call self%leave_directory()
       written = self%recorder%snapshot_is_due(self%model%time) .or. self%keeper%is_due(self%model)
-      ! a copy costs nothing beside an implicit step
-      written = written .or. self%scene%quasi_static%holds_at(self%model%time)
       call self%look(written)
       if (.not. self%error%happened()) call self%record()
       if (self%error%happened()) then

@@ -15,7 +15,7 @@ module m_static_plan
    public :: print_static_plan
 
    integer, parameter :: timed = 2            !< steps
-   integer, parameter :: most_steps = 100000  !< counted
+   integer, parameter :: most_steps = 100000  !< implicit ones that are counted
    real(wp), parameter :: growth = 1.5_wp
    real(wp), parameter :: tangent_reals = 108.0_wp !< a particle: gradient, stress, what acts of it, tangent
 
@@ -55,8 +55,7 @@ contains
       call console%line('')
       call console%line('plan       by '//to_text(taken)//' steps taken on '// &
                         to_text(model%communicator%ranks)//' rank(s); '//integrator%summary())
-      call console%line('steps      about '//to_text(to_come(1))//' implicit'// &
-                        trim(merge(' ', ',', to_come(2) == 0))//explicit_text(to_come(2))// &
+      call console%line('steps      about '//to_text(to_come(1))//' implicit'//explicit_text(to_come(2))// &
                         '; more where one has no equilibrium or material creeps')
       seconds_in_all = merge(to_come(1), to_come(2), starts)*seconds + first
       call console%line('time       about '//duration(seconds_in_all)//': '//to_text(seconds, 3)// &
@@ -73,7 +72,7 @@ contains
       integer, intent(in) :: steps
       character(len=:), allocatable :: text
       text = ''
-      if (steps > 0) text = ' '//to_text(steps)//' explicit'
+      if (steps > 0) text = ', '//to_text(steps)//' explicit'
    end function explicit_text
 
    !> That steps of the other kind than the first ones are not in the time.
@@ -86,21 +85,28 @@ contains
          text = '; the '//trim(merge('explicit', 'implicit', starts))//' ones are not timed, and not in this'
    end function untimed
 
-   !> Collective: how many steps there are to the end, implicit and explicit, each implicit one longer than
-   !> the one before as far as it may be.
+   !> Collective: how many steps there are to the end, implicit and explicit: each implicit one longer than
+   !> the one before as far as it may be, explicit ones as long as the next one.
    subroutine count_to_come(scene, model, integrator, to_come)
       type(scene_t), intent(in) :: scene
       type(model_t), intent(inout) :: model
       class(integrator_t), intent(inout) :: integrator
       integer, intent(out) :: to_come(2)
-      integer :: kind
+      real(wp) :: step, until
       call integrator%look_ahead()
       to_come = 0
-      do while (sum(to_come) < most_steps .and. model%time < scene%end_time)
-         kind = merge(1, 2, scene%quasi_static%holds_at(model%time))
-         to_come(kind) = to_come(kind) + 1
-         model%time = model%time + integrator%next_step(scene, model, 1.0_wp)
-         if (kind == 1) model%static_step = growth*model%static_step
+      do while (to_come(1) < most_steps .and. model%time < scene%end_time)
+         step = integrator%next_step(scene, model, 1.0_wp)
+         if (scene%quasi_static%holds_at(model%time)) then
+            to_come(1) = to_come(1) + 1
+            model%time = model%time + step
+            model%static_step = growth*model%static_step
+         else
+            until = scene%end_time
+            if (model%time < scene%quasi_static%from) until = scene%quasi_static%from
+            to_come(2) = to_come(2) + ceiling(min((until - model%time)/step, 1.0e9_wp))
+            model%time = until
+         end if
       end do
    end subroutine count_to_come
 

@@ -17,7 +17,7 @@ module m_contact_area
    use m_face_gap, only: find_gap, near_tool, particles_near, thickest
    implicit none
    private
-   public :: projected_area, area_of_points, mirror_t, patch_t, patch_under, patch_of
+   public :: projected_area, area_of, mirror_t, patch_t, patch_under, patch_of
 
    !> A plane of symmetry that the axis is parallel to: a line, inside which `normal` . place >= `from`.
    type :: mirror_t
@@ -76,15 +76,6 @@ contains
       call gather(communicator, points_near(tool, level, materials, carried, across), points)
       patch = patch_of(points, mirrors_of(level, tool, across), level%grid%cell)
    end function patch_under
-
-   !> Collective: the area (m2) of contact among points that all ranks know.
-   real(wp) function area_of_points(communicator, given, mirrors, cell) result(area)
-      type(communicator_t), intent(in) :: communicator
-      type(surface_point_t), intent(in) :: given(:)
-      type(mirror_t), intent(in) :: mirrors(:)
-      real(wp), intent(in) :: cell !< m
-      area = area_of(communicator, patch_of(given, mirrors, cell), cell)
-   end function area_of_points
 
    !> Collective: the area (m2) of a patch.
    real(wp) function area_of(communicator, patch, cell) result(area)

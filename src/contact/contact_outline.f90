@@ -1,7 +1,8 @@
 !> Where a tool's contact ends, as points on the tool (theory.md, eq. contact-edge).
 module m_contact_outline
-   use m_kinds, only: wp
+   use m_kinds, only: wp, i8
    use m_constants, only: pi
+   use m_sorting, only: sorted_order
    use m_communicator, only: communicator_t
    use m_vectors, only: tangents
    use m_tool, only: tool_t
@@ -13,6 +14,7 @@ module m_contact_outline
    private
    public :: outline_under, outline_of
 
+   real(wp), parameter :: steps_of_angle = 1.0e12_wp !< a radian: keys of the sort are whole numbers
    real(wp), parameter :: near = 1.0e-6_wp  !< cells: so near the tool's surface is reached
    real(wp), parameter :: far = 100.0_wp    !< cells: no part of a tool is so far ahead of its point
    integer, parameter :: most_steps = 1000  !< towards it
@@ -73,28 +75,10 @@ contains
       n = size(order)
       if (n == 0) return
       angle = atan2(edge(2, :) - middle(2), edge(1, :) - middle(1))
-      order = [(i, i=1, n)]
-      call sort(angle, order)
+      order = sorted_order(nint(steps_of_angle*angle, i8), [(int(i, i8), i=1, n)])
       gap = [angle(order(1)) - angle(order(n)) + 2.0_wp*pi, angle(order(2:)) - angle(order(:n - 1))]
       order = cshift(order, maxloc(gap, dim=1) - 1)
    end function around
-
-   !> Sort numbers of points by an angle: by insertion, for there are some hundreds.
-   pure subroutine sort(angle, order)
-      real(wp), intent(in) :: angle(:)
-      integer, intent(inout) :: order(:)
-      integer :: i, j, moved
-      do i = 2, size(order)
-         moved = order(i)
-         j = i - 1
-         do while (j >= 1)
-            if (angle(order(j)) <= angle(moved)) exit
-            order(j + 1) = order(j)
-            j = j - 1
-         end do
-         order(j + 1) = moved
-      end do
-   end subroutine sort
 
    !> The point of a tool's surface on the line along its axis through a place: from ahead of it, by steps as
    !> long as the gap. Beside the tool, where it is nearest after so many steps.

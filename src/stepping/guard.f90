@@ -34,6 +34,7 @@ module m_guard
       real(wp) :: quiet = 0.0_wp          !< energies below this are not judged, J
       real(wp) :: first_step = 0.0_wp     !< the first explicit time step, s; 0: none yet
       integer(i8) :: looked = 0           !< step of the last look at all fields
+      logical :: implicit = .false.       !< the next step is: a copy costs little beside such a step
       logical :: clean = .true.           !< no energy to speak of had come from nowhere at that look
       integer(i8) :: apart_since = -1     !< step from which works have been too far apart; -1: they are not
       integer :: attempt = 0              !< times that the present trouble has been met; 0: none
@@ -155,12 +156,15 @@ contains
             text = text//'only '//si(self%free, 'B')//' are free in all'
          end if
          text = text//'; a fault ends the run'
-      else if (self%spec%retries == 0) then
-         text = 'a copy every '//to_text(self%spec%save_every)//' steps, '//si(bytes, 'B')// &
-                ' a rank; a fault ends the run'
       else
-         text = 'a copy every '//to_text(self%spec%save_every)//' steps, '//si(bytes, 'B')// &
-                ' a rank; up to '//count_text(self%spec%retries)//' of a fault'
+         text = 'a copy every '//to_text(self%spec%save_every)//' steps, '
+         if (model%has_statics) text = text//'and after each implicit one, '
+         text = text//si(bytes, 'B')//' a rank; '
+         if (self%spec%retries == 0) then
+            text = text//'a fault ends the run'
+         else
+            text = text//'up to '//count_text(self%spec%retries)//' of a fault'
+         end if
       end if
    end function sentence
 
@@ -182,6 +186,7 @@ contains
          self%attempt = 0
          self%looked = model%step - self%spec%save_every ! look now, and keep what has been won
       end if
+      self%implicit = implicit
       if (implicit) then ! its length is no measure of an explicit step
          self%first_step = 0.0_wp
       else if (self%first_step <= 0.0_wp) then
@@ -199,7 +204,7 @@ contains
    pure logical function look_is_due(self, model)
       class(guard_t), intent(in) :: self
       type(model_t), intent(in) :: model
-      look_is_due = model%step - self%looked >= self%spec%save_every
+      look_is_due = self%implicit .or. model%step - self%looked >= self%spec%save_every
    end function look_is_due
 
    !> Collective: all fields of all particles, and the energy.

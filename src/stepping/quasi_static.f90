@@ -57,7 +57,7 @@ module m_quasi_static
       procedure, private :: commit
       procedure, private :: choose_next
       procedure, private :: complain
-      procedure, private :: find_culprit
+      procedure, private :: find_cause
    end type quasi_static_t
 
    real(wp), parameter :: most_of_way = 0.98_wp !< of what particles of the finest level may go: tools
@@ -65,6 +65,8 @@ module m_quasi_static
    real(wp), parameter :: growth = 1.5_wp, least_growth = 0.1_wp
    integer, parameter :: parts_of_creep = 4    !< in which laws that creep take a step
    integer, parameter :: easy = 5              !< Newton iterations up to which the next step is longer
+   character(len=*), parameter :: advice = '; try a smaller step, loads that come on more slowly (ramp), '// &
+                                           'smaller cells, or boundaries and tools that hold the body'
    real(wp), parameter :: smallest_share = 1.0e-3_wp !< of the step that may be taken
 
 contains
@@ -336,25 +338,23 @@ contains
       logical :: mine
       integer :: at(3), tool
       steps = 'no equilibrium with steps down to '//si(last, 's')//': '//reason(self%equilibrium%outcome)
-      call self%find_culprit(model, worst, at, tool)
+      call self%find_cause(model, worst, at, tool)
       mine = worst >= model%communicator%maximum(worst)
       if (mine .and. tool > 0) then
          call fail(error, exit_numerical, 'tool '//self%equilibrium%system%contact%tools%name_of(tool)// &
                    ': nothing holds it against the loads that push it; move it to where it meets a '// &
                    'body, or give it speeds')
       else if (mine .and. at(3) > 0) then
-         call fail(error, exit_numerical, particle_text(model, at(1), at(2), at(3))//': '//steps// &
-                   '; try a smaller step, loads that come on more slowly (ramp), smaller cells, or '// &
-                   'boundaries and tools that hold the body')
+         call fail(error, exit_numerical, particle_text(model, at(1), at(2), at(3))//': '//steps//advice)
       end if
       call model%communicator%agree(error)
       if (.not. error%happened()) &
-         call fail(error, exit_numerical, 'step '//to_text(model%step + 1)//': '//steps)
+         call fail(error, exit_numerical, 'step '//to_text(model%step + 1)//': '//steps//advice)
    end subroutine complain
 
    !> What stands in the way on this rank, and how much: a particle (level, block, particle; 0: none), or a
    !> tool that nothing holds. That a law asks for a smaller step is of no particle.
-   subroutine find_culprit(self, model, worst, at, tool)
+   subroutine find_cause(self, model, worst, at, tool)
       class(quasi_static_t), intent(in) :: self
       type(model_t), intent(in) :: model
       real(wp), intent(out) :: worst
@@ -370,6 +370,11 @@ contains
          case (too_far)
             worst = self%own_way
             at = self%farthest
+            associate (ways => abs(it%system%contact%tools%way))
+               ! the same on all ranks
+               if (maxval([0.0_wp, ways]) >= self%way*longest_way(model, size(model%levels))) &
+                  tool = maxloc(ways, dim=1)
+            end associate
          case (too_long)
             worst = 0.0_wp
          case default
@@ -385,7 +390,7 @@ contains
             end associate
          end select
       end associate
-   end subroutine find_culprit
+   end subroutine find_cause
 
    !> Particle of block b nearest to a node of its tile; 0: it has none.
    pure integer function nearest_to(model, l, b, at) result(p)

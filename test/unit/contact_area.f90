@@ -10,7 +10,7 @@ program contact_area
    use m_kinds, only: wp
    use m_communicator, only: communicator_t
    use m_surface_points, only: surface_point_t
-   use m_contact_area, only: area_of_points, mirror_t, patch_of
+   use m_contact_area, only: area_of_patch => area_of, mirror_t, patch_of
    use m_contact_outline, only: outline_of
    use m_assertions, only: assertions_t
    implicit none
@@ -44,7 +44,7 @@ contains
    real(wp) function area_of(points, mirrors)
       type(surface_point_t), intent(in) :: points(:)
       type(mirror_t), intent(in) :: mirrors(:)
-      area_of = area_of_points(comm, points, mirrors, cell)
+      area_of = area_of_patch(comm, patch_of(points, mirrors, cell), cell)
    end function area_of
 
    !> Outlines of discs of five cells: mean radius, scatter, and order.
