@@ -367,12 +367,14 @@ study:
 	@$(mpi) $(python) post/study.py --build $(build) $(QUANTITY:%=--quantity %) $(BUDGET:%=--budget %) $(STUDY_OPTIONS) $(SCENE)
 
 ## solve       SCENE=input/hertz.nml QUANTITY=load ERROR=1 BUDGET=600: the cheapest settings that have an error (%), their time and
-##             memory first, the run, and the error that was reached (doc/user/accuracy_cost.md); SOLVE_OPTIONS
+##             memory first, the run, and the error that was reached (doc/user/accuracy_cost.md); HALF_SPACE=1: a finite body is an
+##             error too; SOLVE_OPTIONS
 solve:
 	@[ -n "$(SCENE)" ] && [ -n "$(ERROR)" ] || { echo "Say which scene and error: make solve SCENE=input/hertz.nml QUANTITY=load ERROR=1"; exit 2; }
 	$(look)
 	@$(MAKE) --no-print-directory $(jobs)
 	@$(mpi) $(python) post/solve.py --error $(ERROR) $(QUANTITY:%=--quantity %) $(BUDGET:%=--budget %) \
+	   $(if $(filter-out 0,$(HALF_SPACE)),--half-space) \
 	   $(if $(filter file,$(origin RANKS)),,--ranks $(RANKS)) $(SOLVE_OPTIONS) $(SCENE)
 
 ## report      RUN=directory: one page about a run, complete in itself: RUN/report.html (doc/user/report.md); REPORT_OPTIONS

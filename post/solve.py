@@ -3,8 +3,8 @@
 
    solve.py [options] SCENE          make solve SCENE=input/hertz.nml QUANTITY=load ERROR=1 BUDGET=600
 
-1. Three cheap runs on coarse grids, one at another speed, one with another time step: the parts of the error
-and their orders.
+1. Three cheap runs on coarse grids, one at another speed, one with another time step, one with a larger body:
+the parts of the error and their orders.
 2. The cheapest settings (cell, speed, time step; with the levels of the scene, or of the study's file beside
    it) that are predicted to meet ERROR (per cent, rms over the window of the quantity, of its largest value),
    with their predicted time and memory. Where they do not fit into BUDGET (seconds of the clock), what it
@@ -18,9 +18,11 @@ target is met; 1: it is not, and why is said; 2: the scene or what was asked can
 
 The speed is changed only where it is no part of the problem: tools and pressures are prescribed, bodies are
 at rest at the start, and no material depends on the rate. The answer is then that of infinitely slow loading.
-The body is as large as the scene says."""
+The body is as large as the scene says, and by how much a half-space would differ is said beside the error;
+with --half-space that is a part of the error, and the body is chosen too."""
 
 import argparse
+import itertools
 import json
 import math
 import os
@@ -40,11 +42,13 @@ from solve_model import Choice, Errors, MARGIN, Price, Sample, choose
 from study import Study
 from study_report import write_text
 from study_runs import Rejected, share_of_processors
-from study_scene import BadSetting, Scene, scene_of, side_that_moves
+from study_scene import BadSetting, Scene, scene_of, side_that_moves, size_of
 
 FACTORS = [4, 3, 2, 4 / 3, 1, 2 / 3, 0.5, 1 / 3, 0.25]  # of the scene's cell, or those of the study's file
 SPEEDS = [4.0, 2.0, 1.0, 0.5, 0.25, 0.125]
 STEPS = [1.0, 0.5]
+BODIES = [1.0, 1.5, 2.0, 3.0, 4.0]
+LARGER = 1.5  # size of the body of the pilot that shows what its ends do
 PILOT = 0.05  # of the budget: a grid that is tried for less is a pilot
 SEARCH = 0.2  # of the budget: the same while the grids show no order; three are made in any case
 PILOTS = 0.4  # of the budget: no further grid is tried that would bring all of them beyond
@@ -102,10 +106,11 @@ class Key(NamedTuple):
     levels: int
     speed: float = 1.0  # of all that is prescribed
     step: float = 1.0  # of the scene's time step
+    body: float = 1.0  # size, over that of the scene
 
     @property
     def is_plain(self):
-        return self.speed == 1.0 and self.step == 1.0
+        return self[2:] == (1.0, 1.0, 1.0)
 
 
 class Solve:
@@ -126,9 +131,11 @@ class Solve:
         self.started = time.monotonic()
         self.done = {}  # Key: run
         self.refused = set()  # by the program: (factor, levels), or a Key at another speed or step
-        self.planned = {}  # levels: (Key, Planned), for what has no run yet
+        self.planned = {}  # (levels, body): (Key, Planned), for what has no run yet
         self.measured = {}  # Key: error of a run, per cent
         self.confirmed = {}  # Key: core-seconds, MB, by a plan of it
+        self.larger = None  # Key of the pilot with a larger body
+        self.no_larger = ""  # why there is none
         self.correction = None  # of plans: what a pilot took over what its own plan says
 
     def left(self):
@@ -146,6 +153,8 @@ class Solve:
             found["speed"] = key.speed
         if key.step != 1.0:
             found[self.time_step[0]] = key.step * self.time_step[1]
+        if key.body != 1.0:
+            found["body"] = key.body
         return found
 
     def refuse(self, key):
@@ -180,7 +189,9 @@ class Solve:
         curves = {key: quantities.curve_of(run, self.quantity) for key, run in self.done.items()}
         x = quantities.places(self.quantity, curves.values())
         samples = {
-            key: Sample(self.finest(key), key.speed, key.step, quantities.at(self.quantity, curve, x))
+            key: Sample(
+                self.finest(key), key.speed, key.step, quantities.at(self.quantity, curve, x), self.size(key)
+            )
             for key, curve in curves.items()
         }
         speeds = [self.middle._replace(speed=speed) for speed in (0.5, 2.0)]
@@ -192,15 +203,34 @@ class Solve:
             what: (samples[self.middle], samples[other]) if other in samples else None
             for what, other in others.items()
         }
+        if self.larger in samples:
+            plain = self.larger._replace(body=1.0, speed=1.0)
+            pairs["bodies"] = samples[plain], samples[self.larger]
         pilots = {key.factor for key in samples if key.is_plain and key.levels <= self.own}
         ladder = {}
         # one a cell, those like the scene first; with more levels a finer grid differs by more than its cell
         for key in sorted(samples, key=lambda key: (key.levels, not key.is_plain, key.speed, key.step)):
             if key.levels <= self.own and (key.factor in pilots or key.factor < min(pilots)):
                 ladder.setdefault(key.factor, samples[key])
-        errors = Errors(list(ladder.values()), **pairs)
+        errors = Errors(list(ladder.values()), **pairs, half_space=self.options.half_space)
         self.measured = {key: errors.of(sample) for key, sample in samples.items()}
         return errors
+
+    def enlarged(self):
+        """The pilot with a larger body: on the finest grid that was run so far where that takes a small part
+        of the budget, else on the coarsest. As much slower, where it may be, so that waves cross it as
+        often."""
+        grids = sorted(one for one in self.done if one.is_plain)
+        most = PILOT * self.options.budget * self.study.ranks / LARGER**4
+        plain = next((one for one in grids if self.done[one].seconds <= most), grids[-1])
+        return plain._replace(body=LARGER, speed=1 / LARGER if self.speeds else 1.0)
+
+    def size(self, key):
+        """Of the body of settings, over that of the scene: its sides move by whole cells."""
+        if key.body == 1.0:
+            return 1.0
+        plain = self.study.run(self.settings(key._replace(body=1.0, speed=1.0)))
+        return size_of(self.done[key].case) / size_of(plain.case)
 
     def pilots(self):
         """From coarse to fine, three grids at least, and on while the target is not met in space and the next
@@ -245,6 +275,13 @@ class Solve:
             self.run(self.middle._replace(step=0.5))
         except Unusable as fault:
             raise BadSetting(f"the part of the speed, or of the time step, is not to be had: {fault}")
+        try:
+            self.larger = self.enlarged()
+            self.run(self.larger)
+        except (Unusable, BadSetting) as fault:
+            self.no_larger = str(fault)
+            if self.options.half_space:
+                raise BadSetting(f"the part of the finite body is not to be had: {fault}")
 
     def one_of(self, keys):
         """The first of some settings that can be run."""
@@ -301,24 +338,24 @@ class Solve:
         if key in self.done:
             near = key
         else:
-            alike = [one for one in self.done if one.levels == key.levels]
+            alike = [one for one in self.done if one[1::3] == key[1::3]]  # levels, body
             near = min(alike, key=lambda one: (one.factor, abs(math.log(one.speed * one.step))), default=None)
         if near:
             run = self.done[near]
             steps, updates, megabytes = run.record["steps"], updates_of(run), run.record["megabytes"]
         else:
-            near, plan = self.plan_of(key.levels)
+            near, plan = self.plan_of(key.levels, key.body)
             if plan.fault:
                 return None
             steps, updates, megabytes = plan.steps, plan.updates, plan.megabytes
         finer, longer = near.factor / key.factor, near.speed * near.step / (key.speed * key.step)
         return steps * finer * longer, updates * finer**4 * longer, megabytes * finer**3
 
-    def plan_of(self, levels):
-        if levels not in self.planned:
-            key = Key(2.0 ** (self.own - levels), levels)
-            self.planned[levels] = key, Planned(self.study, self.settings(key))
-        return self.planned[levels]
+    def plan_of(self, levels, body):
+        if (levels, body) not in self.planned:
+            key = Key(2.0 ** (self.own - levels), levels, body=body)
+            self.planned[levels, body] = key, Planned(self.study, self.settings(key))
+        return self.planned[levels, body]
 
     def price(self):
         """Of settings without a run or a plan that is like them, by all runs."""
@@ -334,7 +371,7 @@ class Solve:
             return self.done[key].seconds, work[2]
         if work is None or key in self.confirmed:
             return self.confirmed.get(key)
-        alike = [one for one in self.confirmed if one.levels == key.levels]
+        alike = [one for one in self.confirmed if one[1::3] == key[1::3]]  # levels, body
         if not alike:
             return price.of(*work[:2]), work[2]
         near = min(alike, key=lambda one: (abs(math.log(one.factor / key.factor)), -one.speed))
@@ -353,14 +390,13 @@ class Solve:
             key[:2] for key in self.done
         }
         for factor, levels in sorted(grids - self.refused, reverse=True):
-            for speed in speeds:
-                for step in STEPS:
-                    key = Key(factor, levels, speed, step)
-                    costs = None if key in self.refused else self.costs(key, price)
-                    if costs:
-                        error = errors.total(self.finest(key), speed, step)
-                        error = max(error, self.measured.get(key, 0.0))  # where errors cancel: their sizes
-                        found.append(Choice(self.settings(key), key, error, *costs))
+            for others in itertools.product(speeds, STEPS, BODIES if errors.half_space else [1.0]):
+                key = Key(factor, levels, *others)
+                costs = None if key in self.refused else self.costs(key, price)
+                if costs:
+                    error = errors.total(self.finest(key), *others)
+                    error = max(error, self.measured.get(key, 0.0))  # where errors cancel: their sizes
+                    found.append(Choice(self.settings(key), key, error, *costs))
         return found
 
     def confirm(self, key):
@@ -368,7 +404,7 @@ class Solve:
         over what its plan says; or that the program does not take them."""
         plan = Planned(self.study, self.settings(key))
         if plan.fault:
-            self.refused.add(key[:2])
+            self.refused.add(key[:2] if key.body == 1.0 else key)
             return
         if self.correction is None:
             longest = max(self.done, key=lambda one: self.done[one].seconds)
@@ -449,14 +485,16 @@ def write_answer(solve, folder, choice, record):
 
 
 def record_of(solve, errors, choice, run, predicted, pace):
-    parts = errors.parts(solve.finest(choice.key), choice.key.speed, choice.key.step)
+    others = choice.key.speed, choice.key.step, solve.size(choice.key)
+    parts = errors.parts(solve.finest(choice.key), *others)
     error = solve.measured[choice.key]
     return {
         "scene": str(solve.study.scene),
         "quantity": solve.quantity.name,
         "target": solve.options.error,
         "error": error,
-        "error_uncertainty": errors.uncertainty(solve.finest(choice.key), choice.key.speed, choice.key.step),
+        "error_uncertainty": errors.uncertainty(solve.finest(choice.key), *others),
+        "finite_body": errors.finite_body(),
         "parts": parts,
         "order": errors.order,
         "settings": choice.settings,
@@ -508,8 +546,22 @@ def introduce(solve, errors):
         say(f"note       {note}")
     finest = min(solve.finest(key) for key in solve.done)
     say(f"parts      at the finest of them: {sentence_of(errors.parts(finest))}")
+    said_of_body(solve, errors)
     if not solve.speeds:
         say("speed      is part of the problem here: it stays as it is")
+
+
+def said_of_body(solve, errors):
+    """By how much a half-space would differ, where that is no part of the error."""
+    finite = errors.finite_body()
+    if finite is None:
+        say(f"body       as the scene says; a half-space was not looked at: {solve.no_larger}")
+    elif not errors.half_space:
+        size = solve.size(solve.larger)
+        say(
+            f"body       as the scene says; a half-space would differ by {finite:.2g} % (from a body "
+            f"{size:.3g} times as large), no part of the error; it is with HALF_SPACE=1"
+        )
 
 
 def pick(solve, errors, again):
@@ -618,6 +670,9 @@ def arguments():
     parser.add_argument("--error", type=float, required=True, help="asked for, per cent")
     parser.add_argument(
         "--budget", type=seconds_of, default=600.0, help="of the clock for all runs: 600 (seconds), 10min, 2h"
+    )
+    parser.add_argument(
+        "--half-space", action="store_true", help="the finite body is a part of the error, and is chosen too"
     )
     parser.add_argument("--ranks", type=int, default=1, help="of each run (1)")
     parser.add_argument(

@@ -2,12 +2,14 @@
 have and cost.
 
 Curves are those of study_quantity, on the same places x. With the finest cell h (m), the speed s of what is
-prescribed (1: as the scene says) and the time step as a share t of the scene's,
+prescribed (1: as the scene says), the time step as a share t of the scene's, and the size k of the body over
+that of the scene,
 
-    q(h, s, t) = q0 + a h^p + b s + c t
+    q(h, s, t, k) = q0 + a h^p + b s k + c t + d/k
 
 space with the order p that three grids show (Richardson), speed and time step of first order, each from one
-run more. Errors are rms over the places, per cent of the largest magnitude of q0, and added as sizes, so that
+run more: inertia counts as waves take to cross the body. The last is only there where the answer looked for
+is that of a half-space: the ends of a body that is large are felt in inverse proportion to its size. Errors are rms over the places, per cent of the largest magnitude of q0, and added as sizes, so that
 none hides another."""
 
 import dataclasses
@@ -30,17 +32,26 @@ class Sample:
     speed: float  # of what is prescribed, as a factor
     step: float  # of the time step, as a factor
     curve: np.ndarray
+    body: float = 1.0  # size, over that of the scene
 
 
 class Errors:
-    """The model, from samples. `ladder`: one of each of at least two cells; `speeds` and `steps`: pairs of
-    samples that differ in the speed, in the time step, alone; None: the part does not exist or is not
-    known."""
+    """The model, from samples. `ladder`: one of each of at least two cells; `speeds`, `steps` and `bodies`:
+    pairs of samples that differ in the speed, in the time step, in the size of the body, alone; None: the
+    part does not exist or is not known. The body counts as a part where `half_space` says so."""
 
-    def __init__(self, ladder, speeds=None, steps=None):
+    def __init__(self, ladder, speeds=None, steps=None, bodies=None, half_space=False):
         self.ladder = sorted(ladder, key=lambda sample: -sample.cell)
         self.by_speed = self.slope(speeds, "speed")
         self.by_step = self.slope(steps, "step")
+        self.by_body = None
+        if bodies is not None:
+            one, other = bodies  # of about the same speed times size
+            change = other.curve - one.curve
+            if self.by_speed is not None:
+                change = change - self.by_speed * (other.speed * other.body - one.speed * one.body)
+            self.by_body = change / (1 / other.body - 1 / one.body)
+        self.half_space = half_space and self.by_body is not None
         self.notes = []
         plain = [self.without(sample) for sample in self.ladder]
         cells = [sample.cell for sample in self.ladder]
@@ -61,12 +72,14 @@ class Errors:
         return (other.curve - one.curve) / (getattr(other, what) - getattr(one, what))
 
     def without(self, sample):
-        """A sample's curve less what speed and time step put into it."""
+        """A sample's curve less what speed, time step and the body's size put into it."""
         curve = sample.curve
         if self.by_speed is not None:
-            curve = curve - self.by_speed * sample.speed
+            curve = curve - self.by_speed * sample.speed * sample.body
         if self.by_step is not None:
             curve = curve - self.by_step * sample.step
+        if self.half_space:
+            curve = curve - self.by_body / sample.body
         return curve
 
     def extrapolate(self, cells, curves):
@@ -112,30 +125,36 @@ class Errors:
         """Per cent of the largest magnitude of the limit."""
         return 100 * float(np.sqrt(np.mean(curve**2))) / self.scale
 
-    def parts(self, cell, speed=1.0, step=1.0):
+    def finite_body(self):
+        """By how much the body of the scene differs from a half-space, per cent; None where not known."""
+        return None if self.by_body is None else self.rms(self.by_body)
+
+    def parts(self, cell, speed=1.0, step=1.0, body=1.0):
         """Errors of settings by cause, per cent."""
         found = {"space": self.rms(self.space * cell**self.order)}
         if self.by_step is not None:
             found["time step"] = self.rms(self.by_step * step)
         if self.by_speed is not None:
-            found["speed"] = self.rms(self.by_speed * speed)
+            found["speed"] = self.rms(self.by_speed * speed * body)
+        if self.half_space:
+            found["finite body"] = self.rms(self.by_body / body)
         return found
 
     def of(self, sample):
         """Of a run: of one of the grids the sum of its parts; of any other how far it is from their limit.
         Per cent."""
         if any(sample is one for one in self.ladder):
-            return self.total(sample.cell, sample.speed, sample.step)
+            return self.total(sample.cell, sample.speed, sample.step, sample.body)
         return self.rms(sample.curve - self.limit)
 
-    def total(self, cell, speed=1.0, step=1.0):
-        return sum(self.parts(cell, speed, step).values())
+    def total(self, cell, speed=1.0, step=1.0, body=1.0):
+        return sum(self.parts(cell, speed, step, body).values())
 
-    def uncertainty(self, cell, speed=1.0, step=1.0):
-        """Of `total`: how far the limit is open, and half of what speed and time step are said to be (they
-        are of first order by assumption), per cent."""
-        parts = self.parts(cell, speed, step)
-        return self.trust + 0.5 * (parts.get("speed", 0.0) + parts.get("time step", 0.0))
+    def uncertainty(self, cell, speed=1.0, step=1.0, body=1.0):
+        """Of `total`: how far the limit is open, and half of what the parts beside space are said to be
+        (their orders are assumed), per cent."""
+        parts = self.parts(cell, speed, step, body)
+        return self.trust + 0.5 * sum(part for name, part in parts.items() if name != "space")
 
 
 class Price:

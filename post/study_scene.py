@@ -133,6 +133,102 @@ def side_that_moves(case, cell):
     return None
 
 
+def set_body(scene, factor, setting):
+    """All that is bonded together so many times as large, towards what is far from the tools: away from them
+    and to the sides, but for sides of symmetry. The grid goes along by whole cells, and levels that end at
+    its sides."""
+    values = scene.values()
+    grid, bodies = values["grid"][0], values["body"]
+    boxes = [box_of(body) for body in bodies]
+    if len({body.get("contact_group", [""])[0] for body in bodies}) > 1:
+        raise BadSetting("body: more than one contact group")
+    lower, upper = box_around(values)
+    cell, pressed = grid["cell_size"][0], pressed_side(values, lower, upper)
+    moves = [0.0] * 6  # of the sides x-, x+, y-, ..., outwards
+    for axis in range(3):
+        free = [
+            side
+            for side in (2 * axis, 2 * axis + 1)
+            if side != pressed and grid.get("boundary", ["free"] * 6)[side].lower() != "symmetry"
+        ]
+        for side in free:
+            share = (factor - 1) * (upper[axis] - lower[axis]) / len(free)
+            moves[side] = round(share / cell) * cell
+    for which, (body, box) in enumerate(zip(bodies, boxes)):
+        grow_body(scene, which, body, box, (lower, upper), moves)
+    old = grid["lower"], grid["upper"]
+    new = [[x - m for x, m in zip(old[0], moves[::2])], [x + m for x, m in zip(old[1], moves[1::2])]]
+    scene.set("grid", "lower", new[0])
+    scene.set("grid", "upper", new[1])
+    for which, level in enumerate(values.get("level", [])):
+        for name, was, now in zip(("lower", "upper"), old, new):
+            if name in level:
+                ends = [b if abs(x - a) < 1e-9 * cell else x for x, a, b in zip(level[name], was, now)]
+                scene.set("level", name, ends, which)
+
+
+def box_around(values):
+    """Lower and upper corner of what all bodies fill of the grid."""
+    grid, boxes = values["grid"][0], [box_of(body) for body in values["body"]]
+    lower = [max(min(ends), side) for ends, side in zip(zip(*(box[0] for box in boxes)), grid["lower"])]
+    upper = [min(max(ends), side) for ends, side in zip(zip(*(box[1] for box in boxes)), grid["upper"])]
+    return lower, upper
+
+
+def size_of(values):
+    """Of all bodies together: the mean edge of the box around them, m."""
+    return math.prod(high - low for low, high in zip(*box_around(values))) ** (1 / 3)
+
+
+def box_of(body):
+    """Lower and upper corner of a body that `set_body` can make larger."""
+    shape = body["shape"][0].lower()
+    if shape == "box":
+        return body["lower"], body["upper"]
+    if shape == "cylinder" and list(map(abs, body.get("axis", [0, 0, 1]))) == [0, 0, 1]:
+        (x, y, z), r = body["center"], body["radius"][0]
+        h = body["height"][0] * body.get("axis", [0, 0, 1])[2]
+        return [x - r, y - r, min(z, z + h)], [x + r, y + r, max(z, z + h)]
+    raise BadSetting(f"body: a {shape} is not made larger, a box or a cylinder along z is")
+
+
+def pressed_side(values, lower, upper):
+    """The side of the bodies (0: x-, 1: x+, 2: y-, ...) from which tools or pressures press them."""
+    found = set()
+    for tool in values.get("tool", []):
+        axis = tool.get("axis", [0, 0, -1])
+        along = max(range(3), key=lambda k: abs(axis[k]))
+        found.add(2 * along + (axis[along] < 0))
+    for one in values.get("pressure", []):
+        flat = [k for k in range(3) if one["lower"][k] == one["upper"][k]]
+        if len(flat) != 1:
+            raise BadSetting("body: a pressure on all surface in a box")
+        k = flat[0]
+        found.add(2 * k + (abs(one["lower"][k] - upper[k]) < abs(one["lower"][k] - lower[k])))
+    if len(found) != 1:
+        raise BadSetting(f"body: pressed from {len(found)} sides; it has to be one")
+    return found.pop()
+
+
+def grow_body(scene, which, body, box, ends, moves):
+    """One body: those of its sides move that are outermost."""
+    near = 1e-9 * max(high - low for low, high in zip(*ends))
+    out = [0.0] * 6
+    for axis in range(3):
+        for high in (0, 1):
+            if abs(box[high][axis] - ends[high][axis]) <= near:
+                out[2 * axis + high] = moves[2 * axis + high]
+    if body["shape"][0].lower() == "box":
+        scene.set("body", "lower", [x - m for x, m in zip(box[0], out[::2])], which)
+        scene.set("body", "upper", [x + m for x, m in zip(box[1], out[1::2])], which)
+        return
+    scene.set("body", "radius", body["radius"][0] + max(out[:4]), which)
+    scene.set("body", "height", body["height"][0] + out[4] + out[5], which)
+    x, y, z = body["center"]
+    base = out[4] if body.get("axis", [0, 0, 1])[2] > 0 else -out[5]
+    scene.set("body", "center", [x, y, z - base], which)
+
+
 def set_levels(scene, count, setting):
     """The first so many of the scene's levels, and after them of the study's `level_boxes`, as far as they
     lie in the grid."""
@@ -226,6 +322,7 @@ def take_out(scene, group, setting):
 
 knobs = {
     "cell": set_cell,
+    "body": set_body,
     "without": take_out,
     "levels": set_levels,
     "placed": set_placed,
@@ -258,10 +355,10 @@ def turn(scene, knob, value, setting):
 
 
 def scene_of(text, settings, setting):
-    """The scene with all knobs of a rung turned: the cells first, for levels lie on their grid, the speed
-    last."""
+    """The scene with all knobs of a rung turned: the cells first, for levels lie on their grid, then the
+    body, the speed last."""
     scene = Scene(text)
-    for knob in sorted(settings, key=lambda knob: (knob != "cell", knob == "speed")):
+    for knob in sorted(settings, key=lambda knob: (knob != "cell", knob != "body", knob == "speed")):
         turn(scene, knob, settings[knob], setting)
     return scene
 

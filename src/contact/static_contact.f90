@@ -6,7 +6,7 @@ module m_static_contact
    use m_node_values, only: v_x, v_z, f_x, f_z
    use m_level, only: level_t
    use m_materials, only: materials_t
-   use m_split, only: fitted_edges
+   use m_half_edges, only: fitted_edges
    use m_stencil, only: bin_place
    use m_face_weights, only: find_face, flattening
    use m_face_gap, only: find_gap, particles_near, deform, thickest

@@ -10,7 +10,7 @@ module m_surface_elements
    use m_level, only: level_t
    use m_grid_level, only: grid_level_t
    use m_scene, only: boundary_symmetry
-   use m_split, only: fitted_edges
+   use m_half_edges, only: fitted_edges
    use m_face_gap, only: deform
    use m_face_weights, only: find_face, cube_span, flattening
    use m_surface, only: most_elements, area_name, arm_name

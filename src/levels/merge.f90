@@ -2,9 +2,12 @@
 module m_merge
    use m_kinds, only: wp, i4, i8
    use m_sorting, only: sorted_order
-   use m_field_table, only: shares_t
+   use m_field_table, only: layout_t, shares_t
    use m_level, only: level_t
    use m_block, only: block_t
+   use m_polar, only: cofactors, determinant
+   use m_half_edges, only: half_edges, set_half_edges, extents
+   use m_split, only: stuff_t, edges_to_split, octant_of
    use m_locate, only: bin_of
    use m_migration, only: frame_of, take_out
    use m_materials, only: materials_t
@@ -13,6 +16,8 @@ module m_merge
    private
    public :: merge_siblings, drop
 
+   real(wp), parameter :: astray = 0.25_wp !< way of a part from its octant of the whole, in edges of the
+                                           !< whole: parts that have gone farther stay as they are
    real(wp), parameter :: distance = 0.5_wp !< of the merged particle from the finer level's region, in cells:
                                             !< it is not to turn back soon
 
@@ -20,11 +25,12 @@ contains
 
    !> Merge what can be merged in block b of a level that the finer level's particles come out to. Mass,
    !> momentum and volume are kept; `lost` is the energy that is not (J).
-   subroutine merge_siblings(level, finer, b, materials, merged, lost)
+   subroutine merge_siblings(level, finer, b, materials, stuff, merged, lost)
       type(level_t), intent(inout) :: level
       type(level_t), intent(in) :: finer
       integer, intent(in) :: b
       type(materials_t), intent(in) :: materials
+      type(stuff_t), intent(in) :: stuff(:) !< of the bodies
       integer, intent(out) :: merged !< particles made
       real(wp), intent(out) :: lost
       integer(i8), allocatable :: key(:)
@@ -33,7 +39,7 @@ contains
       merged = 0
       lost = 0.0_wp
       associate (block => level%blocks(b), at => level%layout)
-         if (at%domain > 0 .or. at%half_sizes .or. block%particles%count < 8) return
+         if (block%particles%count < 8) return
          if (finer%region%clear_of_edge(block%lowest, block%highest, 3.0_wp*level%grid%cell)) return
          n = count(block%particles%column(:block%particles%count, at%refinement) > level%number - 0.5_wp)
          if (n < 8) return
@@ -51,7 +57,7 @@ contains
                last = last + 1
             end do
             if (last == first + 7) &
-               call merge_eight(level, finer, b, small(first:last), materials, merged, lost, gone)
+               call merge_eight(level, finer, b, small(first:last), materials, stuff, merged, lost, gone)
             first = last + 1
          end do
          if (merged == 0) return
@@ -81,18 +87,19 @@ contains
    end function parent_id
 
    !> Append what eight particles become, unless it would be near the finer region; list them as gone.
-   subroutine merge_eight(level, finer, b, eight, materials, merged, lost, gone)
+   subroutine merge_eight(level, finer, b, eight, materials, stuff, merged, lost, gone)
       type(level_t), intent(inout) :: level
       type(level_t), intent(in) :: finer
       integer, intent(in) :: b
       integer(i4), intent(in) :: eight(8)
       type(materials_t), intent(in) :: materials
+      type(stuff_t), intent(in) :: stuff(:) !< of the bodies
       integer, intent(inout) :: merged
       real(wp), intent(inout) :: lost
       integer(i4), allocatable, intent(inout) :: gone(:)
       real(wp) :: values(9, level%table%columns), reach(3)
-      type(shares_t) :: shares
-      integer :: c, generation, weight
+      integer :: generation
+      logical :: sound
       integer(i4) :: body
       associate (block => level%blocks(b), at => level%layout)
          body = block%particles%body(eight(1))
@@ -106,20 +113,16 @@ contains
          if (at%grain > 0) then ! of several grains: there is no crystal between them
             if (any(abs(values(:8, at%grain) - values(1, at%grain)) > 0.5_wp)) return
          end if
-         shares = level%table%shares()
-         do c = 1, size(values, 2)
-            if (shares%extensive(c)) then
-               values(9, c) = sum(values(:8, c))
-            else
-               weight = merge(at%mass, at%volume, shares%by_mass(c))
-               values(9, c) = sum(values(:8, weight)*values(:8, c))/sum(values(:8, weight))
-            end if
-         end do
-         call join_faces(values, shares, at%position)
-         values(9, at%half_size) = 2.0_wp*values(1, at%half_size)
+         call join(values, level%table%shares(), at)
+         call join_domains(values, int(ibits(block%particles%id(eight), at%id_bits + generation - 3, 3)), &
+                           at, sound)
+         if (.not. sound) return
          values(9, at%generation) = generation - 3
          values(9, at%refinement) = values(1, at%refinement) - 1.0_wp
-         reach = values(9, at%half_size) + distance*level%grid%cell
+         if (at%domain > 0 .or. at%half_sizes) then ! nor may it be split at once
+            if (any(edges_to_split(values, 9, at, level%grid%cell, stuff(body)))) return
+         end if
+         reach = extents(values(9, :), at) + distance*level%grid%cell
          if (finer%region%overlaps(values(9, at%position:at%position + 2) - reach, &
                                    values(9, at%position:at%position + 2) + reach)) return
          if (allocated(finer%layer)) then ! nor may it go back at once
@@ -151,6 +154,59 @@ contains
          end associate
       end function energy
    end subroutine merge_eight
+
+   !> The domain of eight parts that are one: its faces are where those of the outer parts are in the mean
+   !> (theory.md, eq. level-merge). `sound`: each part is about in its octant.
+   pure subroutine join_domains(values, octants, layout, sound)
+      real(wp), intent(inout) :: values(:, :) !< (9, columns): eight parts and the whole, its position is set
+      integer, intent(in) :: octants(8)       !< of the parts, 0 to 7
+      type(layout_t), intent(in) :: layout
+      logical, intent(out) :: sound
+      real(wp), dimension(3, 3) :: r, inverse
+      real(wp) :: signs(3, 8), place(3)
+      integer :: k, p
+      associate (x => layout%position)
+         if (.not. (layout%domain > 0 .or. layout%half_sizes)) then
+            sound = .true.
+            values(9, layout%half_size) = 2.0_wp*values(1, layout%half_size)
+            return
+         end if
+         r = 0.0_wp
+         do p = 1, 8
+            signs(:, p) = octant_of(octants(p))
+            r = r + 0.125_wp*half_edges(values(p, :), layout)
+            do k = 1, 3
+               r(:, k) = r(:, k) + 0.125_wp*signs(k, p)*values(p, x:x + 2)
+            end do
+         end do
+         call set_half_edges(values(9, :), layout, r)
+         r = half_edges(values(9, :), layout)
+         sound = determinant(r) > 0.0_wp
+         if (.not. sound) return
+         inverse = transpose(cofactors(r))/determinant(r)
+         do p = 1, 8
+            place = matmul(inverse, values(p, x:x + 2) - values(9, x:x + 2))
+            sound = sound .and. all(abs(place - 0.5_wp*signs(:, p)) < 2.0_wp*astray)
+         end do
+      end associate
+   end subroutine join_domains
+
+   !> What eight parts of a particle are together: sums and means.
+   pure subroutine join(values, shares, layout)
+      real(wp), intent(inout) :: values(:, :) !< (9, columns): eight parts and the whole
+      type(shares_t), intent(in) :: shares
+      type(layout_t), intent(in) :: layout
+      integer :: c, weight
+      do c = 1, size(values, 2)
+         if (shares%extensive(c)) then
+            values(9, c) = sum(values(:8, c))
+         else
+            weight = merge(layout%mass, layout%volume, shares%by_mass(c))
+            values(9, c) = sum(values(:8, weight)*values(:8, c))/sum(values(:8, weight))
+         end if
+      end do
+      call join_faces(values, shares, layout%position)
+   end subroutine join
 
    !> The faces that parts of a particle carry become one: the areas are summed already, its middle is the
    !> mean by area.

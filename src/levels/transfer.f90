@@ -12,7 +12,8 @@ module m_transfer
    use m_membership, only: lives_on, may_live_on
    use m_migration, only: migration_t, take_out
    use m_walls, only: keep_inside
-   use m_split, only: split_in_eight, must_split, extents, longest_half_edge, domain_sizes
+   use m_half_edges, only: extents, longest_half_edge, domain_sizes
+   use m_split, only: split_in_eight, must_split
    implicit none
    private
    public :: find_changes, change_levels

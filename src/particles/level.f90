@@ -9,7 +9,7 @@ module m_level
    use m_block, only: block_t
    use m_cell_list, only: cell_list_t
    use m_field_table, only: field_table_t, layout_t
-   use m_split, only: half_edges
+   use m_half_edges, only: half_edges
    implicit none
    private
    public :: level_t, fit_pool

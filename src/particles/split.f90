@@ -2,17 +2,17 @@
 !> halves: see doc/developer/design.md.
 module m_split
    use m_kinds, only: wp, i8
-   use m_constants, only: short_of
    use m_vectors, only: cross
    use m_block, only: block_t
    use m_particle_store, only: particle_store_t
    use m_field_table, only: field_table_t, layout_t, shares_t
+   use m_half_edges, only: half_edges, set_half_edges, lengths_squared
    use m_grid_level, only: grid_level_t
    use m_region, only: region_t
    implicit none
    private
-   public :: stuff_t, split_long, split_in_eight, must_split, is_whole, largest_tension, half_edges, &
-             fitted_edges, extents, longest_half_edge, domain_sizes, octant_of, child_id, longest
+   public :: stuff_t, split_long, split_in_eight, must_split, edges_to_split, is_whole, largest_tension, &
+             octant_of, child_id, longest
 
    !> Longest half edge, in cells. One particle a cell begins with 0.5: a body hardly strained is not to be
    !> split.
@@ -67,7 +67,7 @@ contains
       n = block%particles%count
       parts = 0
       do p = 1, n
-         across = edges_to_split(block%particles, p, layout, cell, stuff(block%particles%body(p)))
+         across = edges_to_split(block%particles%column, p, layout, cell, stuff(block%particles%body(p)))
          if (any(across)) parts = parts + 2**count(across) - 1
       end do
       if (parts == 0) return
@@ -78,7 +78,7 @@ contains
       shares = table%shares()
       call block%reserve(n + parts, table%columns)
       do p = 1, n
-         across = edges_to_split(block%particles, p, layout, cell, stuff(block%particles%body(p)))
+         across = edges_to_split(block%particles%column, p, layout, cell, stuff(block%particles%body(p)))
          if (.not. any(across)) cycle
          if (nint(block%particles%column(p, layout%generation)) + count(across) &
              > layout%most_generations()) then
@@ -97,8 +97,8 @@ contains
 
    !> Across which of its half edges a particle must be split: the longest, if it is too long for the weights;
    !> under tension, all that are too long for that.
-   pure function edges_to_split(particles, p, layout, cell, stuff) result(across)
-      type(particle_store_t), intent(in) :: particles
+   pure function edges_to_split(column, p, layout, cell, stuff) result(across)
+      real(wp), intent(in), contiguous :: column(:, :) !< (particles, columns)
       integer, intent(in) :: p
       type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: cell       !< m
@@ -106,16 +106,16 @@ contains
       logical :: across(3)
       real(wp) :: squares(3), tension, limit
       across = .false.
-      squares = lengths_squared(particles%column, p, layout)
+      squares = lengths_squared(column, p, layout)
       if (.not. maxval(squares) > (shortest_pulled*cell)**2) return ! also where a length is not a number
-      if (is_whole(particles%column(p, layout%mass), cell, stuff)) then
+      if (is_whole(column(p, layout%mass), cell, stuff)) then
          limit = cell*merge(longest_whole, longest_box, layout%domain > 0)
          if (maxval(squares) > limit**2) then
-            tension = largest_tension(particles%column(p, :), layout, limit)
+            tension = largest_tension(column(p, :), layout, limit)
             if (tension > 0.0_wp) across = squares > (longest_pulled*cell)**2
          end if
-      else if (may_be_pulled(particles%column, p, layout, sqrt(maxval(squares))/cell, stuff%modulus)) then
-         tension = largest_tension(particles%column(p, :), layout, 0.0_wp)
+      else if (may_be_pulled(column, p, layout, sqrt(maxval(squares))/cell, stuff%modulus)) then
+         tension = largest_tension(column(p, :), layout, 0.0_wp)
          if (tension > least_tension*stuff%modulus) then
             limit = cell*max(shortest_pulled, min(longest_pulled, longest_at_modulus*stuff%modulus/tension))
             across = squares > limit**2
@@ -206,53 +206,6 @@ contains
       end do
    end function child_id
 
-   !> Half the size, along the axes, of the box around a particle's domain, m.
-   pure function extents(values, layout) result(e)
-      real(wp), intent(in) :: values(:) !< the particle's columns
-      type(layout_t), intent(in) :: layout
-      real(wp) :: e(3)
-      if (layout%domain > 0) then
-         e = sum(abs(half_edges(values, layout)), dim=2)
-      else if (layout%half_sizes) then
-         e = values(layout%half_size:layout%half_size + 2)
-      else
-         e = values(layout%half_size)
-      end if
-   end function extents
-
-   !> Of a particle's domain, m. Its box may be longer where it is sheared.
-   pure real(wp) function longest_half_edge(values, layout) result(length)
-      real(wp), intent(in) :: values(:) !< the particle's columns
-      type(layout_t), intent(in) :: layout
-      length = maxval(norm2(half_edges(values, layout), dim=1))
-   end function longest_half_edge
-
-   !> Both for the particles of a block, from their columns as they are stored, m.
-   pure subroutine domain_sizes(particles, layout, e, length)
-      type(particle_store_t), intent(in) :: particles
-      type(layout_t), intent(in) :: layout
-      real(wp), intent(out) :: e(particles%count, 3) !< as `extents`
-      real(wp), intent(out) :: length(particles%count) !< as `longest_half_edge`
-      integer :: axis, p
-      associate (column => particles%column, n => particles%count)
-         if (layout%domain > 0) then
-            do axis = 1, 3
-               associate (d => layout%domain + axis - 1)
-                  e(:, axis) = abs(column(:n, d)) + abs(column(:n, d + 3)) + abs(column(:n, d + 6))
-               end associate
-            end do
-            do p = 1, n
-               length(p) = sqrt(maxval(lengths_squared(column, p, layout)))
-            end do
-         else
-            do axis = 1, 3
-               e(:, axis) = column(:n, layout%half_size + merge(axis - 1, 0, layout%half_sizes))
-            end do
-            length = maxval(e, dim=2)
-         end if
-      end associate
-   end subroutine domain_sizes
-
    !> The columns of the eight parts of a particle: halved along all its edges. With the velocity gradient
    !> each has the velocity of its own centre. The bits of its id that tell the parts apart are those of
    !> `generation` to `generation` + 2.
@@ -278,68 +231,12 @@ contains
             part(layout%position:layout%position + 2) = values(layout%position:layout%position + 2) + shift
             part(layout%velocity:layout%velocity + 2) = values(layout%velocity:layout%velocity + 2) &
                                                         + matmul(l, shift)
-            if (layout%domain > 0) then
-               part(layout%domain:layout%domain + 8) = reshape(r, [9])
-            else if (layout%half_sizes) then
-               part(layout%half_size:layout%half_size + 2) = [r(1, 1), r(2, 2), r(3, 3)]
-            else
-               part(layout%half_size) = r(1, 1)
-            end if
+            call set_half_edges(part, layout, r)
             part(layout%generation) = values(layout%generation) + 3.0_wp
             part(layout%refinement) = values(layout%refinement) + 1.0_wp
          end associate
       end do
    end subroutine split_in_eight
-
-   !> Squared lengths of a particle's half edges, m2.
-   pure function lengths_squared(column, p, layout) result(squares)
-      real(wp), intent(in), contiguous :: column(:, :)
-      integer, intent(in) :: p
-      type(layout_t), intent(in) :: layout
-      real(wp) :: squares(3)
-      integer :: k
-      if (layout%domain > 0) then
-         do k = 1, 3
-            associate (first => layout%domain + 3*(k - 1))
-               squares(k) = column(p, first)**2 + column(p, first + 1)**2 + column(p, first + 2)**2
-            end associate
-         end do
-      else
-         do k = 1, 3
-            squares(k) = column(p, layout%half_size + k - 1)**2
-         end do
-      end if
-   end function lengths_squared
-
-   !> The half edges of a particle's domain as columns of a matrix, m.
-   pure function half_edges(values, layout) result(r)
-      real(wp), intent(in) :: values(:) !< the particle's columns
-      type(layout_t), intent(in) :: layout
-      real(wp) :: r(3, 3)
-      integer :: k
-      r = 0.0_wp
-      if (layout%domain > 0) then
-         r = reshape(values(layout%domain:layout%domain + 8), [3, 3])
-      else
-         do k = 1, 3
-            r(k, k) = values(layout%half_size + merge(k - 1, 0, layout%half_sizes))
-         end do
-      end if
-   end function half_edges
-
-   !> The same as the weights see them: no further than the nodes reach (theory.md, eq. fit).
-   pure function fitted_edges(values, layout, cell) result(r)
-      real(wp), intent(in) :: values(:) !< the particle's columns
-      type(layout_t), intent(in) :: layout
-      real(wp), intent(in) :: cell !< m
-      real(wp) :: r(3, 3)
-      r = half_edges(values, layout)
-      if (layout%domain > 0) then
-         r = r*min(1.0_wp, 0.5_wp*cell/maxval(sum(abs(r), dim=2)))
-      else if (layout%half_sizes) then
-         r = min(short_of*r, 0.5_wp*cell)
-      end if
-   end function fitted_edges
 
    !> Split particle p across some of its half edges: 1, 3 or 7 particles are appended.
    subroutine split_across(particles, p, across, layout, shares)

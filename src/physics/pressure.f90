@@ -19,7 +19,7 @@ module m_pressure
    use m_level, only: level_t
    use m_stencil, only: bin_place
    use m_face_weights, only: face_weights_t, fit_share, weigh
-   use m_split, only: fitted_edges
+   use m_half_edges, only: fitted_edges
    use m_carried_face, only: carry_faces
    use m_effect, only: effect_t, hooks_t
    implicit none

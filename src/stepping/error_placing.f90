@@ -8,7 +8,7 @@ module m_error_placing
    use m_scene, only: criterion_error
    use m_model, only: model_t
    use m_region, only: region_t
-   use m_split, only: extents, longest_half_edge
+   use m_half_edges, only: extents, longest_half_edge
    use m_marking, only: marks_t, choose_regions, touch
    use m_first_touch, only: reach, near_tool, mark_neighbours
    use m_recovered_stress, only: block_stress_t, level_stress_t, recover_stress

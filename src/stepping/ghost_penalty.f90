@@ -10,7 +10,7 @@ module m_ghost_penalty
    use m_materials, only: materials_t
    use m_field_table, only: layout_t
    use m_plastic, only: von_mises
-   use m_split, only: half_edges
+   use m_half_edges, only: half_edges
    use m_static_nodes, only: is_own_node, tile_node
    implicit none
    private

@@ -28,7 +28,8 @@ contains
                          model%migration(l + 1), model%splits, error)
       if (error%happened()) return
       do b = 1, size(model%levels(l)%blocks)
-         call merge_siblings(model%levels(l), model%levels(l + 1), b, model%materials, merged, lost)
+         call merge_siblings(model%levels(l), model%levels(l + 1), b, model%materials, model%stuff, merged, &
+                             lost)
          model%merges = model%merges + merged
          associate (booked => model%lost_in_merging(blocks_before(model%levels, l) &
                                                     + model%levels(l)%blocks(b)%index))

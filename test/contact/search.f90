@@ -20,7 +20,7 @@ program search
    use m_tool, only: tool_t, make_tool
    use m_level, only: level_t
    use m_constants, only: block_size
-   use m_split, only: fitted_edges
+   use m_half_edges, only: fitted_edges
    use m_face_weights, only: find_face
    use m_candidates, only: candidates_t
    use m_made_level, only: make_level

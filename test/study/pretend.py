@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """A stand-in for `mpirun -n RANKS gimp3d`: answers a scene at once, with an error and a price that are known.
 
-The load is K depth^1.5 (1 + A h^ORDER + B speed + Q speed^2 + C safety): h the finest cell in um, speed that of the tool
-over 20 m/s, safety over 0.35. A run takes steps and particle-steps as the scene's cells say, and RATE s for
-each, much more with levels. Variables of the environment: PRETEND_A, PRETEND_ORDER, PRETEND_B, PRETEND_Q, PRETEND_C;
+The load is K depth^1.5 (1 + A h^ORDER + B speed body + Q speed^2 + C safety + D/body): h the finest cell in um, speed
+that of the tool over 20 m/s, safety over 0.35, body the size of the cylinder over 20 um. A run takes steps and particle-steps as the scene's cells say, and RATE s for
+each, much more with levels. Variables of the environment: PRETEND_A, PRETEND_ORDER, PRETEND_B, PRETEND_Q, PRETEND_C, PRETEND_D;
 PRETEND_JUMP adds an error to cells below a size (um) that no coarser one has; PRETEND_REFUSED is a list of
 cells (um) that are refused; PRETEND_LOG a file that gets a line a run. PRETEND_SHARE (%): other jobs have the
 processor for the rest, by turns more and less, and all takes as much longer. PRETEND_PLAN: a plan says so
@@ -32,8 +32,9 @@ with open(os.environ["PRETEND_LOG"], "a") as log:
 if any(abs(cell - float(word)) < 1e-6 * cell for word in os.environ.get("PRETEND_REFUSED", "").split()):
     print(f"gimp3d: line 2, &grid cell_size={cell}e-6: does not divide the body", file=sys.stderr)
     sys.exit(2)
+body = (case["body"][0]["radius"][0] ** 2 * case["body"][0]["height"][0]) ** (1 / 3) / 20e-6
 steps = 500 / (cell * speed * safety)
-particles = 50000 / cell**3 * (1 + 0.5 * levels)
+particles = 50000 / cell**3 * (body**3 + 0.5 * levels)
 updates = steps * particles * (1 + levels)
 seconds = RATE * updates * (1 + 1.5 * levels) + 1e-4 * steps
 megabytes = 3e-4 * particles
@@ -55,8 +56,12 @@ if plans:
     if levels:  # by level: s, ns/part.-step
         print("output      0.000 0.00 0.000 0.00\nall         0.159 423.69 0.657 1367.21")
     sys.exit()
-error = number("A", 0.02) * finest ** number("ORDER", 1.5) + number("B", 0) * speed + number("C", 0) * safety
-error += number("Q", 0) * speed**2
+error = (
+    number("A", 0.02) * finest ** number("ORDER", 1.5)
+    + number("B", 0) * speed * body
+    + number("C", 0) * safety
+)
+error += number("Q", 0) * speed**2 + number("D", 0) / body
 if finest < number("JUMP", 0):
     error += 0.05
 time = np.linspace(0, scene["end_time"][0], 201)

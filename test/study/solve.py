@@ -49,6 +49,18 @@ check(
     and near(parts["time step"], rms(0.0025 * x), 1e-6),
 )
 check("parts add as sizes", near(errors.total(0.2, 0.5, 0.25), sum(parts.values())))
+large = lambda body, speed: Sample(1.0, speed, 1.0, exact(1.0, speed * body) + 0.3 * x / body, body)
+finite = dict(speeds=(large(1.0, 1.0), large(1.0, 2.0)), bodies=(large(1.0, 1.0), large(1.6, 0.7)))
+ladder = [Sample(h, 1.0, 1.0, exact(h) + 0.3 * x) for h in (1.0, 0.5, 0.3)]
+told, counted = Errors(ladder, **finite), Errors(ladder, **finite, half_space=True)
+check(
+    "a finite body: told, or a part that goes down with its size, and the limit is without it",
+    near(told.finite_body(), 100 * np.sqrt(np.mean((0.3 * x) ** 2)) / told.scale, 1e-6)
+    and "finite body" not in told.parts(0.3)
+    and near(counted.parts(0.3, body=2.0)["finite body"], 0.5 * rms(0.3 * x), 1e-2)
+    and near(counted.parts(0.3, body=2.0)["speed"], 2 * counted.parts(0.3)["speed"])
+    and np.allclose(counted.limit + 0.3 * x, told.limit),
+)
 slower = Errors(
     [sample(1.0), sample(0.5), sample(0.3, speed=0.25)],
     (sample(0.5), sample(0.5, speed=2.0)),
@@ -147,7 +159,7 @@ Path("program").write_text("not run\n")
 launch = f"{sys.executable} {Path(__file__).with_name('pretend.py')}"
 
 
-def solve(error, budget, setting="plain", out="out", ranks=2, **pretend):
+def solve(error, budget, setting="plain", out="out", ranks=2, half_space=False, **pretend):
     Path("calls").unlink(missing_ok=True)
     done = subprocess.run(
         [
@@ -168,6 +180,7 @@ def solve(error, budget, setting="plain", out="out", ranks=2, **pretend):
             launch,
             "--ranks",
             str(ranks),
+            *["--half-space"] * half_space,
         ],
         capture_output=True,
         text=True,
@@ -269,7 +282,23 @@ check(
     f"a speed that counts by its square: one pilot more, met, {true:.3g} % true at most",
     status == 0 and "is missed" in said and "one more, slower" in said and true <= 0.5,
 )
-status, said, _, calls = solve(0.001, 1e9, out="out_never", A=0.2, ORDER=1.0)
+status, said, answer, _ = solve(2, 1e6, "boxes", out="out_body", A=0.02, ORDER=1.5, D=0.05)
+check(
+    f"a finite body is told: {answer and answer['finite_body']:.3g} %, and no part of the error",
+    status == 0 and near(answer["finite_body"], 5 * np.sqrt(np.mean(np.linspace(0.5, 1, 99) ** 3)), 0.1),
+)
+status, said, answer, _ = solve(
+    2, 1e6, "boxes", out="out_half", half_space=True, A=0.02, ORDER=1.5, D=0.05, B=0.001
+)
+true = true_error(answer, 0.02, 1.5, 0.001) + 100 * 0.05 / answer["settings"].get("body", 1.0)
+check(
+    f"with a half-space looked for the body is chosen, {answer['settings']}: {true:.3g} % true at most",
+    status == 0
+    and answer["settings"].get("body", 1.0) > 1
+    and "finite body" in answer["parts"]
+    and true <= 3.3,
+)
+status, said, answer, calls = solve(0.001, 1e9, out="out_never", A=0.2, ORDER=1.0)
 check("an error that no settings have", status == 1 and "is not to be had" in said)
 status, said, answer, _ = solve(1, 1e5, out="out_jump", A=0.02, ORDER=1.5, JUMP=0.45)
 check(

@@ -9,7 +9,7 @@ program corners
    use m_stencil, only: frame_t, batch, chunk, gimp_weights
    use m_locate, only: bin_of
    use m_corner_stencil, only: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights
-   use m_split, only: fitted_edges
+   use m_half_edges, only: fitted_edges
    use m_face_weights, only: find_face
    use m_p2g_corners, only: p2g_corners, add_corners_body_force
    use m_g2p_corners, only: g2p_corners

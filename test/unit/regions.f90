@@ -15,7 +15,8 @@ program regions
    use m_level, only: level_t
    use m_body, only: fill_block, count_in_block
    use m_field_table, only: field_table_t, layout_t, shares_t
-   use m_split, only: split_in_eight, must_split, half_edges, extents
+   use m_half_edges, only: half_edges, extents
+   use m_split, only: split_in_eight, must_split
    use m_sorting, only: sorted_order
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t, keep_worst

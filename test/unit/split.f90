@@ -4,7 +4,8 @@ program split
    use m_communicator, only: communicator_t
    use m_block, only: block_t
    use m_level, only: level_t
-   use m_split, only: stuff_t, split_long, half_edges
+   use m_half_edges, only: half_edges
+   use m_split, only: stuff_t, split_long
    use m_walls, only: keep_inside
    use m_field_table, only: layout_t, shares_t
    use m_grid_level, only: grid_level_t, make_grid_level

@@ -14,7 +14,7 @@ program domains
    use m_clock, only: clock_t
    use m_grid_stages, only: particles_to_grid
    use m_schedule, only: by_blocks, shared_sums, nodal_solve
-   use m_split, only: half_edges
+   use m_half_edges, only: half_edges
    use m_energy, only: sums_t, measure
    use m_assertions, only: assertions_t
    implicit none

@@ -34,7 +34,9 @@ program inner_motion_test
       call pieces(d)
    end do
    call plain()
-   call levels()
+   do d = 1, 3
+      call levels(d)
+   end do
    call test%finish()
 
 contains
@@ -165,13 +167,14 @@ contains
 
    !> A block inside a level, whose particles are small; the level goes elsewhere, and they merge; it comes
    !> back, and they are split.
-   subroutine levels()
+   subroutine levels(d)
+      integer, intent(in) :: d
       integer, parameter :: low(3) = [5, 5, 5], high(3) = [7, 8, 9]
       type(model_t) :: model
       type(error_t) :: error
       type(scene_t) :: scene
       integer :: first
-      scene = block(1, 8, low, high)
+      scene = block(d, 8, low, high)
       allocate (scene%levels(1))
       scene%levels(1)%lower = 3.0_wp*cell
       scene%levels(1)%upper = 11.0_wp*cell
