@@ -203,7 +203,7 @@ contains
          text = text//', level '//to_text(l)//' has '//to_text(model%levels(l)%region%cells())//' cells'
       end do
       if (model%bound_placings > 0) &
-         text = text//'; max_cells kept out cells whose error is above the tolerance at '// &
+         text = text//'; the budget kept out cells whose error is above the tolerance at '// &
                                            to_text(model%bound_placings)//' of these times'
       call facts%say(text)
       call facts%note('placings', to_text(model%placings))

@@ -3,6 +3,7 @@
 module m_scene
    use m_kinds, only: wp
    use m_constants, only: pi
+   use m_text, only: to_text
    use m_polar, only: polar
    use m_rotations, only: no_rotation, from_euler, quaternion_of
    use m_group_reader, only: name_length
@@ -19,6 +20,8 @@ module m_scene
    integer, parameter, public :: level_box = 1, level_sphere = 2
    integer, parameter, public :: criterion_none = 0, criterion_stress = 1, criterion_strain = 2, &
                                  criterion_error = 3
+   integer, parameter, public :: fewest_cells = 10**3 !< of a box that a criterion places: four cells along
+                                                      !< each axis, five beside a side
    real(wp), parameter, public :: largest_friction = 10.0_wp !< coefficient, of tools and between bodies
    character(len=*), parameter, public :: rest_group = 'rest' !< the contact group of bodies that name none
    integer, parameter, public :: start_apart = 1, start_as_is = 2
@@ -129,8 +132,11 @@ module m_scene
       integer :: criterion = criterion_none !< places the box by the gradient of von Mises stress or of
                                             !< strain, or cells by the estimated error of the stress
       integer :: max_cells = 1000000     !< with a criterion: of the level's own cells, in its region
+      real(wp) :: max_memory = 0.0_wp !< with criterion_error: of the same cells, on all ranks, B; 0: no bound
       real(wp) :: tolerance = 0.05_wp !< with criterion_error: of the stress, relative to the largest
       logical :: has_box = .true. !< else, with criterion_error, it begins around the tools' tips
+   contains
+      procedure :: budget
    end type level_spec_t
 
    !> &probe
@@ -258,6 +264,14 @@ module m_scene
    end type scene_t
 
 contains
+
+   !> What bounds the cells of a level that the error places, as it is in the scene.
+   pure function budget(self) result(text)
+      class(level_spec_t), intent(in) :: self
+      character(len=:), allocatable :: text
+      text = 'max_cells='//to_text(self%max_cells)
+      if (self%max_memory > 0.0_wp) text = 'max_memory='//to_text(self%max_memory)//' ('//text//')'
+   end function budget
 
    !> The rotation that takes the grid's axes to those of a body's material, as a quaternion.
    pure function turned_axes(self) result(q)

@@ -2,15 +2,13 @@
 module m_scene_level
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t, name_length
-   use m_scene, only: scene_t, level_spec_t, level_box, level_sphere, criterion_none, criterion_error
+   use m_scene, only: scene_t, level_spec_t, level_box, level_sphere, criterion_none, criterion_error, &
+                      fewest_cells
    use m_scene_words, only: level_shape_words, criterion_words
    use m_value_range, only: above, at_least, any_value
    implicit none
    private
    public :: describe_level
-
-   integer, parameter :: fewest_cells = 10**3 !< of a box that a criterion places: four cells along each axis,
-                                              !< five beside a side
 
 contains
 
@@ -51,6 +49,10 @@ contains
       call group%get('tolerance', level%tolerance, above(0.0_wp, ''))
       if (level%criterion /= criterion_error .and. group%is_given('tolerance')) &
          call group%refuse('tolerance', 'only with criterion=''error''')
+      if (group%is_writing() .and. .not. level%max_memory > 0.0_wp) return
+      call group%get('max_memory', level%max_memory, above(0.0_wp, 'bytes'))
+      if (level%criterion /= criterion_error .and. group%is_given('max_memory')) &
+         call group%refuse('max_memory', 'only with criterion=''error''')
    end subroutine describe_level
 
    !> A box is given, but where the error places cells: then tools and contact groups may say where it begins.

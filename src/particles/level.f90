@@ -12,8 +12,9 @@ module m_level
    use m_half_edges, only: half_edges
    implicit none
    private
-   public :: level_t, fit_pool
+   public :: level_t, fit_pool, tile_bytes
 
+   !> Of the nodes of a block.
    integer(i8), parameter :: tile_bytes = node_values*(tile_last + 1_i8)**3*storage_size(1.0_wp)/8
 
    type :: level_t

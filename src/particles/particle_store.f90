@@ -10,6 +10,7 @@ module m_particle_store
    integer, parameter :: line = 8
    real(wp), parameter, public :: spare_room = 0.125_wp !< what a store that grows has to spare, as a share of
                                                         !< what it holds
+   integer, parameter, public :: bytes_besides = 16 !< of a particle, besides its columns: id, body, bin
    integer, parameter :: together = 4  !< columns that are put in order together
    integer, parameter :: stretch = 256 !< particles whose bodies are compared at once
 

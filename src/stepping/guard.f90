@@ -16,7 +16,8 @@ module m_guard
    use m_model, only: model_t
    use m_energy, only: balance_t, sums_t, measure
    use m_complaints, only: check_fields, fastest_text
-   use m_saved_state, only: saved_state_t, bytes_besides
+   use m_saved_state, only: saved_state_t
+   use m_particle_store, only: bytes_besides
    implicit none
    private
    public :: guard_t

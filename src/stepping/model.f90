@@ -120,6 +120,13 @@ module m_model
          type(scene_t), intent(in) :: scene
          type(error_t), intent(inout) :: error
       end subroutine check_nests
+      !> What levels that the error places may hold: what `max_memory` allows becomes cells. Those that begin
+      !> where something is touched are within that.
+      module subroutine set_budgets(self, scene, error)
+         class(model_t), intent(inout) :: self
+         type(scene_t), intent(in) :: scene
+         type(error_t), intent(inout) :: error
+      end subroutine set_budgets
       !> Collective: the blocks that the bodies need, each on its rank, and the particles in them.
       module subroutine populate(self, scene, error)
          class(model_t), intent(inout) :: self
@@ -200,6 +207,7 @@ contains
                                                            .or. self%method%stress_update == update_usl)
       allocate (self%lost_in_merging(blocks_before(self%levels, size(self%levels) + 1)), source=0.0_wp)
       call declare_fields(self, scene, error)
+      if (.not. error%happened()) call set_budgets(self, scene, error)
       if (error%happened()) return
       do l = 1, size(self%levels)
          call self%migration(l)%prepare(communicator, self%levels(l)%table%columns)

@@ -4,7 +4,8 @@ submodule (m_model) m_model_filling
    use m_text, only: si
    use m_constants, only: block_size
    use m_machine, only: free_memory
-   use m_node_values, only: node_values, tile_last
+   use m_level, only: tile_bytes
+   use m_particle_store, only: bytes_besides
    use m_field_table, only: bytes_per_column
    use m_body, only: first_id, fill_block, count_in_block, expected_count
    use m_placement, only: work_of, choose_owners
@@ -145,12 +146,10 @@ contains
       class(model_t), intent(in) :: self
       character(len=*), intent(in) :: place    !< how the sentence begins
       real(wp), intent(in) :: particles, tiles !< how many
-      real(wp), parameter :: bytes_beside = 16.0_wp !< id, body and bin of a particle
-      real(wp), parameter :: tile_bytes = 8.0_wp*node_values*(tile_last + 1)**3 !< of the nodes of a block
       type(error_t), intent(inout) :: error
       real(wp) :: needed, free
       free = free_memory(self%communicator)
-      needed = particles*(bytes_per_column*self%levels(1)%table%columns + bytes_beside) + tiles*tile_bytes
+      needed = particles*(bytes_per_column*self%levels(1)%table%columns + bytes_besides) + tiles*tile_bytes
       if (needed > free) &
          call fail(error, exit_input, place//': the scene makes about '//to_text(particles, 3)// &
                    ' particles, which need '//si(needed, 'B')//' of memory; '//si(free, 'B')// &

@@ -2,7 +2,11 @@
 submodule (m_model) m_model_levels
    use m_text, only: si
    use m_number_text, only: reals_text
-   use m_scene, only: level_sphere, criterion_error
+   use m_constants, only: block_size
+   use m_field_table, only: bytes_per_column
+   use m_level, only: tile_bytes
+   use m_particle_store, only: bytes_besides, spare_room
+   use m_scene, only: level_sphere, criterion_error, fewest_cells
    use m_first_touch, only: touched_at_start
    use m_marking, only: needed_above, closed
    use m_region, only: make_region
@@ -97,8 +101,30 @@ contains
             return
          end do
       end do
-      call check_budgets(self, scene, error)
    end procedure check_nests
+
+   module procedure set_budgets
+      real(wp) :: a_cell
+      integer :: part
+      if (size(self%levels) == 1) return
+      a_cell = (1.0_wp + spare_room)*maxval(scene%bodies%particles_per_cell) &
+               *(bytes_per_column*self%levels(1)%table%columns + bytes_besides) &
+               + real(tile_bytes, wp)/block_size**3
+      do part = 1, size(self%level_specs)
+         associate (spec => self%level_specs(part))
+            if (.not. spec%max_memory > 0.0_wp) cycle
+            if (spec%max_memory < fewest_cells*a_cell) then
+               call fail(error, exit_input, scene%place('level', part)//' max_memory='// &
+                         to_text(spec%max_memory)//': a cell of it takes '//si(a_cell, 'B')// &
+                         ', with its particles; allowed: at least '//si(fewest_cells*a_cell, 'B')// &
+                         ', for '//to_text(fewest_cells)//' cells')
+               return
+            end if
+            spec%max_cells = int(min(real(spec%max_cells, wp), spec%max_memory/a_cell))
+         end associate
+      end do
+      call check_budgets(self, scene, error)
+   end procedure set_budgets
 
    !> The mean of the middles of the bodies, m.
    pure function between_bodies(scene) result(place)
@@ -126,12 +152,13 @@ contains
                         .true., dim=1)
          if (part == 0) return
          needs = needs + self%levels(l)%region%cells()
-         if (needs <= scene%levels(part)%max_cells .or. scene%levels(part)%has_box) cycle
-         call fail(error, exit_input, scene%place('level', part)//' max_cells='// &
-                   to_text(scene%levels(part)%max_cells)//': what is touched at the start needs '// &
-                   to_text(needs)// &
-                   ' cells of the level'//trim(merge(' and of finer ones', '                  ', &
-                                                     l < size(self%levels)))//'; allowed: at least so many')
+         associate (spec => self%level_specs(part))
+            if (needs <= spec%max_cells .or. spec%has_box) cycle
+            call fail(error, exit_input, scene%place('level', part)//' '//spec%budget()// &
+                      ': what is touched at the start needs '//to_text(needs)//' cells of the level'// &
+                      trim(merge(' and of finer ones', '                  ', l < size(self%levels)))// &
+                      '; allowed: at least so many')
+         end associate
          return
       end do
    end subroutine check_budgets

@@ -59,9 +59,6 @@ module m_saved_state
       procedure :: forget
    end type saved_state_t
 
-   integer, parameter, public :: bytes_besides = 16 !< of a particle's copy, besides its columns: id, body,
-                                                    !< bin
-
 contains
 
    !> Copy a model and its balance as they stand after a step.

@@ -64,12 +64,12 @@ need(
 
 # the budget
 need("budget     7500 cells of all levels that the error places together" in said, "a run says its budget")
-need("max_cells kept out cells whose error is above the tolerance" in said, "and that it binds")
+need("the budget kept out cells whose error is above the tolerance" in said, "and that it binds")
 cells = int(re.search(r"level 2 has (\d+) cells", said).group(1))
 need(cells <= 7500, f"and keeps to it: {cells} cells")
 said = works("free", level="&level criterion='error', tolerance=0.02 /\n", end=0.06)
 need(
-    "levels by the error: looked at" in said and "max_cells kept out" not in said,
+    "levels by the error: looked at" in said and "the budget kept out" not in said,
     "it does not bind where there is room",
 )
 status, _, wrong = run("too_few", level="&level criterion='error', max_cells=2000 /\n")
@@ -78,6 +78,12 @@ need(
     and re.search(r"line \d+, &level max_cells=2000: what is touched at the start needs \d+ cells", wrong),
     wrong.strip(),
 )
+said = works("in_memory", level="&level criterion='error', max_memory=35e6 /\n")
+cells = int(re.search(r"level 2 has (\d+) cells", said).group(1))
+need(6832 <= cells <= 7600, f"a budget in bytes is one: {cells} cells in 35 MB")
+for size, sentence in (("1e5", "allowed: at least"), ("2e7", "what is touched at the start needs")):
+    status, _, wrong = run("too_little", level=f"&level criterion='error', max_memory={size} /\n")
+    need(status == 2 and sentence in wrong and "&level max_memory" in wrong, wrong.strip())
 two = "&level criterion='error', max_cells={} /\n&level criterion='error', max_cells=100000 /\n"
 status, _, wrong = run("too_few_together", level=two.format(18000), end=0.01)
 need(status == 2 and "of the level and of finer ones" in wrong, wrong.strip())
