@@ -10,6 +10,8 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 
+import numpy as np
+
 import anisotropic
 import benchmark_measures as measures
 from benchmark_scenes import (
@@ -371,12 +373,15 @@ def rounded_cone_row(name, shares):
                 directory, grid, rounded_cone_depth(angle, share) * radius(grid)
             )
             found[name] = load / (plane_modulus * radius(grid) ** 2)
-        return found | measures.kinetic(directory)
+        b = radius(grid) * math.cos(angle)
+        loads = plane_modulus * radius(grid) ** 2 * exact([rounded_cone_depth(angle, s) for s in wider])
+        return found | measures.area_of_load(directory, b * wider, loads) | measures.kinetic(directory)
 
     exact = rounded_cone(1.0, angle, 1.0)
+    wider = np.linspace(1, 1.5 * shares[-1], 200)
     numbers = [
         Reference(name, float(exact(rounded_cone_depth(angle, s))), 0.02) for name, s in zip(names, shares)
-    ]
+    ] + [Reference(measures.area_name, 1.0, 0.02)]
     return Row("B6", name, f"85 degrees, to a/b = {shares[-1]:g}", sphere_grids, make, measure, numbers)
 
 
@@ -404,7 +409,13 @@ def sneddon_row():
         for name, share in zip(names, shares):
             load, _ = measures.load_of_half_space(directory, grid, sneddon(share)[0] * radius(grid))
             found[name] = load / (plane_modulus * radius(grid) ** 2)
-        return found | measures.kinetic(directory)
+        ratios = np.linspace(0.01, 1.5 * shares[-1], 200)
+        loads = plane_modulus * radius(grid) ** 2 * np.array([sneddon(ratio)[1] for ratio in ratios])
+        return (
+            found
+            | measures.area_of_load(directory, ratios * radius(grid), loads)
+            | measures.kinetic(directory)
+        )
 
     return Row(
         "B5",
@@ -413,7 +424,8 @@ def sneddon_row():
         sphere_grids,
         make,
         measure,
-        [Reference(name, sneddon(share)[1], 0.02) for name, share in zip(names, shares)],
+        [Reference(name, sneddon(share)[1], 0.02) for name, share in zip(names, shares)]
+        + [Reference(measures.area_name, 1.0, 0.02)],
     )
 
 

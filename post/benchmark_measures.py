@@ -15,6 +15,7 @@ from layered import base_compliance
 from plots import Run
 from run_data import History, Unreadable
 
+area_name = "true area over that of the load"
 reach = 0.1  # of the depth, either way: rows that a load is taken from
 
 
@@ -69,6 +70,16 @@ def mean_pressure(directory):
     end = int(np.argmax(record.depth))
     first = int(np.argmax(record.depth >= (1 - hardness.area_share) * record.depth[end]))
     return float(record.load[first : end + 1].sum() / record.area[first : end + 1].sum())
+
+
+def area_of_load(directory, radii, loads):
+    """True area over that of the exact contact, of radii (m) under loads (N, rising), under the load that there
+    is: mean over the last quarter of the depth."""
+    _, record = record_of(str(directory))
+    end = int(np.argmax(record.depth))
+    used = slice(int(np.argmax(record.depth >= 0.75 * record.depth[end])), end + 1)
+    exact = math.pi * np.interp(record.load[used], loads, radii) ** 2
+    return {area_name: float(np.mean(record.area[used] / exact))}
 
 
 def kinetic(directory):

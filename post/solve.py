@@ -48,6 +48,7 @@ FACTORS = [4, 3, 2, 4 / 3, 1, 2 / 3, 0.5, 1 / 3, 0.25]  # of the scene's cell, o
 SPEEDS = [4.0, 2.0, 1.0, 0.5, 0.25, 0.125]
 STEPS = [1.0, 0.5]
 BODIES = [1.0, 1.5, 2.0, 3.0, 4.0]
+LEAST_LARGER = 1.1  # a body of less than that shows too little
 LARGER = 1.5  # size of the body of the pilot that shows what its ends do
 PILOT = 0.05  # of the budget: a grid that is tried for less is a pilot
 SEARCH = 0.2  # of the budget: the same while the grids show no order; three are made in any case
@@ -278,7 +279,10 @@ class Solve:
         try:
             self.larger = self.enlarged()
             self.run(self.larger)
+            if self.size(self.larger) < LEAST_LARGER:
+                raise BadSetting("body: it does not become larger by whole cells")
         except (Unusable, BadSetting) as fault:
+            self.done.pop(self.larger, None)
             self.no_larger = str(fault)
             if self.options.half_space:
                 raise BadSetting(f"the part of the finite body is not to be had: {fault}")
@@ -352,9 +356,19 @@ class Solve:
         return steps * finer * longer, updates * finer**4 * longer, megabytes * finer**3
 
     def plan_of(self, levels, body):
+        """Of the scene's first grid, with so many levels; of a larger body on the first grid of the coarsest
+        pilot, if the program takes that: the other may be large."""
         if (levels, body) not in self.planned:
-            key = Key(2.0 ** (self.own - levels), levels, body=body)
-            self.planned[levels, body] = key, Planned(self.study, self.settings(key))
+            factors = [2.0 ** (self.own - levels)]
+            if body != 1.0:
+                coarsest = max(one for one in self.done if one.is_plain)
+                factors.insert(0, coarsest.factor * 2.0 ** (coarsest.levels - levels))
+            for factor in factors:
+                key = Key(factor, levels, body=body)
+                plan = Planned(self.study, self.settings(key))
+                if not plan.fault:
+                    break
+            self.planned[levels, body] = key, plan
         return self.planned[levels, body]
 
     def price(self):

@@ -92,6 +92,9 @@ class Scene:
 # ------------------------------------------------------------------------------------------------------------
 
 
+usual_cells = 1000000  # max_cells of a level that does not say it
+
+
 def set_cell(scene, cell, setting):
     """Cells of another size; the grid's upper corner moves out to whole cells, and with it the sides of
     levels that lie there."""
@@ -103,9 +106,12 @@ def set_cell(scene, cell, setting):
     upper = [low + count * cell for low, count in zip(grid["lower"], counts)]
     scene.set("grid", "upper", upper)
     for which, level in enumerate(values.get("level", [])):
-        if "max_cells" in level:  # as large a part of the body
+        if "criterion" in level:  # as large a part of the body
             more = (grid["cell_size"][0] / cell) ** 3
-            scene.set("level", "max_cells", math.ceil(level["max_cells"][0] * more), which)
+            count = level.get("max_cells", [usual_cells])[0]
+            scene.set("level", "max_cells", math.ceil(count * more), which)
+            if "max_memory" in level:
+                scene.set("level", "max_memory", level["max_memory"][0] * more, which)
         if "upper" not in level:  # a ball, or what the error places
             continue
         scene.set(
@@ -140,20 +146,16 @@ def set_body(scene, factor, setting):
     values = scene.values()
     grid, bodies = values["grid"][0], values["body"]
     boxes = [box_of(body) for body in bodies]
-    if len({body.get("contact_group", [""])[0] for body in bodies}) > 1:
-        raise BadSetting("body: more than one contact group")
     lower, upper = box_around(values)
-    cell, pressed = grid["cell_size"][0], pressed_side(values, lower, upper)
+    cell, free = grid["cell_size"][0], free_sides(values, lower, upper)
     moves = [0.0] * 6  # of the sides x-, x+, y-, ..., outwards
-    for axis in range(3):
-        free = [
-            side
-            for side in (2 * axis, 2 * axis + 1)
-            if side != pressed and grid.get("boundary", ["free"] * 6)[side].lower() != "symmetry"
-        ]
-        for side in free:
-            share = (factor - 1) * (upper[axis] - lower[axis]) / len(free)
-            moves[side] = round(share / cell) * cell
+    for side in free:
+        axis = side // 2
+        share = (factor - 1) * (upper[axis] - lower[axis]) / sum(one // 2 == axis for one in free)
+        whole = round(share / cell)
+        moves[side] = share if abs(share / cell - whole) < 1e-9 * whole else whole * cell
+    if not any(moves):
+        raise BadSetting(f"body={factor:g}: no side moves by a whole cell")
     for which, (body, box) in enumerate(zip(bodies, boxes)):
         grow_body(scene, which, body, box, (lower, upper), moves)
     old = grid["lower"], grid["upper"]
@@ -192,22 +194,59 @@ def box_of(body):
     raise BadSetting(f"body: a {shape} is not made larger, a box or a cylinder along z is")
 
 
-def pressed_side(values, lower, upper):
-    """The side of the bodies (0: x-, 1: x+, 2: y-, ...) from which tools or pressures press them."""
-    found = set()
-    for tool in values.get("tool", []):
-        axis = tool.get("axis", [0, 0, -1])
-        along = max(range(3), key=lambda k: abs(axis[k]))
-        found.add(2 * along + (axis[along] < 0))
-    for one in values.get("pressure", []):
-        flat = [k for k in range(3) if one["lower"][k] == one["upper"][k]]
-        if len(flat) != 1:
-            raise BadSetting("body: a pressure on all surface in a box")
-        k = flat[0]
-        found.add(2 * k + (abs(one["lower"][k] - upper[k]) < abs(one["lower"][k] - lower[k])))
-    if len(found) != 1:
-        raise BadSetting(f"body: pressed from {len(found)} sides; it has to be one")
-    return found.pop()
+def free_sides(values, lower, upper):
+    """The sides (0: x-, 1: x+, 2: y-, ...) by which bodies differ from a half-space that is pressed within
+    one face. Raises BadSetting where more than these would differ."""
+    bodies, boundary = values["body"], values["grid"][0].get("boundary", ["free"] * 6)
+    symmetric = [side for side in range(6) if boundary[side].lower() == "symmetry"]
+    for group in ("gravity", "cut", "grains", "body_contact"):
+        if group in values:
+            raise BadSetting(f"body: the scene has a &{group}")
+    if len({body.get("contact_group", [""])[0] for body in bodies}) > 1:
+        raise BadSetting("body: more than one contact group")
+    if any(any(body.get(name, [0])) for body in bodies for name in ("velocity", "angular_velocity")):
+        raise BadSetting("body: it moves at the start")
+    reaches = [footprint_of_tool(tool) for tool in values.get("tool", [])]
+    reaches += [footprint_of_pressure(one, lower, upper) for one in values.get("pressure", [])]
+    pressed = {side for side, _, _ in reaches}
+    if len(pressed) != 1:
+        raise BadSetting(f"body: pressed from {len(pressed)} sides; it has to be one")
+    pressed = pressed.pop()
+    if pressed ^ 1 in symmetric:
+        raise BadSetting("body: the side opposite the pressed one is one of symmetry")
+    if pressed < 4 and any(body["shape"][0].lower() == "cylinder" for body in bodies):
+        raise BadSetting("body: a cylinder that is pressed from the side")
+    free = [side for side in range(6) if side != pressed and side not in symmetric]
+    for _, low, high in reaches:
+        for side in free:
+            k = side // 2
+            beyond = high[k] >= upper[k] if side % 2 else low[k] <= lower[k]
+            if k != pressed // 2 and beyond:
+                raise BadSetting("body: what presses it reaches beyond it")
+    return free
+
+
+def footprint_of_tool(tool):
+    """Side from which a tool presses, and the corners of what is surely pressed."""
+    shape, axis, tip = tool["shape"][0].lower(), tool.get("axis", [0, 0, -1]), tool["tip"]
+    if shape not in ("sphere", "cone", "berkovich", "pyramid", "flat"):
+        raise BadSetting(f"body: under a {shape} it is not made larger")
+    along = max(range(3), key=lambda k: abs(axis[k]))
+    reach = tool["radius"][0] if shape == "flat" else 0.0
+    return 2 * along + (axis[along] < 0), [x - reach for x in tip], [x + reach for x in tip]
+
+
+def footprint_of_pressure(one, lower, upper):
+    """The same of a pressure on a face."""
+    flat = [k for k in range(3) if one["lower"][k] == one["upper"][k]]
+    if len(flat) != 1:
+        raise BadSetting("body: a pressure on all surface in a box")
+    k = flat[0]
+    return (
+        2 * k + (abs(one["lower"][k] - upper[k]) < abs(one["lower"][k] - lower[k])),
+        one["lower"],
+        one["upper"],
+    )
 
 
 def grow_body(scene, which, body, box, ends, moves):

@@ -1,9 +1,9 @@
 !> What a scene says, after reading and checking: one type a namelist group, values in SI units (angles in
 !> radians). doc/user/input.md is the table of all names.
 module m_scene
-   use m_kinds, only: wp
+   use m_kinds, only: wp, i8
    use m_constants, only: pi
-   use m_text, only: to_text
+   use m_text, only: to_text, si
    use m_polar, only: polar
    use m_rotations, only: no_rotation, from_euler, quaternion_of
    use m_group_reader, only: name_length
@@ -134,9 +134,11 @@ module m_scene
       integer :: max_cells = 1000000     !< with a criterion: of the level's own cells, in its region
       real(wp) :: max_memory = 0.0_wp !< with criterion_error: of the same cells, on all ranks, B; 0: no bound
       real(wp) :: tolerance = 0.05_wp !< with criterion_error: of the stress, relative to the largest
+      real(wp) :: bytes_a_cell = 0.0_wp !< where max_memory is what bounds max_cells, B; else 0
       logical :: has_box = .true. !< else, with criterion_error, it begins around the tools' tips
    contains
       procedure :: budget
+      procedure :: in_budget
    end type level_spec_t
 
    !> &probe
@@ -270,8 +272,17 @@ contains
       class(level_spec_t), intent(in) :: self
       character(len=:), allocatable :: text
       text = 'max_cells='//to_text(self%max_cells)
-      if (self%max_memory > 0.0_wp) text = 'max_memory='//to_text(self%max_memory)//' ('//text//')'
+      if (self%bytes_a_cell > 0.0_wp) text = 'max_memory='//to_text(self%max_memory)
    end function budget
+
+   !> So many cells, as the scene has its budget.
+   pure function in_budget(self, cells) result(text)
+      class(level_spec_t), intent(in) :: self
+      integer(i8), intent(in) :: cells
+      character(len=:), allocatable :: text
+      text = to_text(cells)//' cells'
+      if (self%bytes_a_cell > 0.0_wp) text = si(cells*self%bytes_a_cell, 'B')//' for '//text
+   end function in_budget
 
    !> The rotation that takes the grid's axes to those of a body's material, as a quaternion.
    pure function turned_axes(self) result(q)

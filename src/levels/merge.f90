@@ -34,8 +34,8 @@ contains
       integer, intent(out) :: merged !< particles made
       real(wp), intent(out) :: lost
       integer(i8), allocatable :: key(:)
-      integer(i4), allocatable :: small(:), gone(:)
-      integer :: first, last, n, p
+      integer(i4), allocatable :: small(:), members(:), gone(:)
+      integer :: first, generation, last, n, p
       merged = 0
       lost = 0.0_wp
       associate (block => level%blocks(b), at => level%layout)
@@ -56,8 +56,13 @@ contains
                if (parent(last + 1) /= parent(first)) exit
                last = last + 1
             end do
-            if (last == first + 7) &
-               call merge_eight(level, finer, b, small(first:last), materials, stuff, merged, lost, gone)
+            ! parts of parts may have the same parent
+            do generation = merge(3, huge(1), last - first >= 7), at%most_generations()
+               members = pack(small(first:last), nint(block%particles%column(small(first:last), &
+                                                                             at%generation)) == generation)
+               if (size(members) == 8) &
+                  call merge_eight(level, finer, b, members, materials, stuff, merged, lost, gone)
+            end do
             first = last + 1
          end do
          if (merged == 0) return
@@ -104,7 +109,6 @@ contains
       associate (block => level%blocks(b), at => level%layout)
          body = block%particles%body(eight(1))
          generation = nint(block%particles%column(eight(1), at%generation))
-         if (any(nint(block%particles%column(eight, at%generation)) /= generation)) return
          if (at%damage > 0) then ! what has failed stays failed, and alone
             if (.not. (all(block%particles%column(eight, at%damage) >= 1.0_wp) &
                        .or. all(block%particles%column(eight, at%damage) < 1.0_wp))) return

@@ -34,7 +34,7 @@ contains
       class(neo_hookean_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
       logical, intent(in) :: has_tools
-      call table%declare('deformation_gradient', 9, '1', written=.false.)
+      call table%declare('deformation_gradient', 9, '1', written=.false., by_mass=.true.)
    end subroutine declare
 
    !> It begins as the identity.

@@ -131,7 +131,7 @@ contains
       type(field_table_t), intent(inout) :: table
       logical, intent(in) :: has_tools
       integer :: k
-      call table%declare('deformation_gradient', 9, '1', written=.false.)
+      call table%declare('deformation_gradient', 9, '1', written=.false., by_mass=.true.)
       call table%declare('law_energy', 1, 'J/kg', written=.false., by_mass=.true.)
       call table%declare('law_dissipation', 1, 'J/kg', written=.false., by_mass=.true.)
       call table%declare('law_time', 1, 's', written=.false.)

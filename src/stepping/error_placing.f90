@@ -93,8 +93,8 @@ contains
       l = first - 1 + short
       part = findloc(model%level_specs%of, l - 1, dim=1)
       call fail(error, exit_numerical, 'time '//to_text(model%time)//' s: level '//to_text(l)//' needs '// &
-                to_text(needs)// &
-                ' cells, with those of finer levels, where tools are near, more than its '// &
+                model%level_specs(part)%in_budget(needs)// &
+                ', with those of finer levels, where tools are near, more than its '// &
                 model%level_specs(part)%budget()//'; try a larger one')
    end subroutine place_by_error
 

@@ -120,7 +120,9 @@ contains
                          ', for '//to_text(fewest_cells)//' cells')
                return
             end if
-            spec%max_cells = int(min(real(spec%max_cells, wp), spec%max_memory/a_cell))
+            if (spec%max_memory/a_cell >= spec%max_cells) cycle
+            spec%max_cells = int(spec%max_memory/a_cell)
+            spec%bytes_a_cell = a_cell
          end associate
       end do
       call check_budgets(self, scene, error)
@@ -155,7 +157,7 @@ contains
          associate (spec => self%level_specs(part))
             if (needs <= spec%max_cells .or. spec%has_box) cycle
             call fail(error, exit_input, scene%place('level', part)//' '//spec%budget()// &
-                      ': what is touched at the start needs '//to_text(needs)//' cells of the level'// &
+                      ': what is touched at the start needs '//spec%in_budget(needs)//' of the level'// &
                       trim(merge(' and of finer ones', '                  ', l < size(self%levels)))// &
                       '; allowed: at least so many')
          end associate

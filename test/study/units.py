@@ -14,7 +14,7 @@ import study_fit as fit
 import study_quantity as quantities
 import study_setting
 from run_data import Unreadable, read_namelists
-from study_scene import BadSetting, Scene, add_probes, scene_of, turn
+from study_scene import BadSetting, Scene, add_probes, box_around, scene_of, size_of, turn
 
 faults = []
 
@@ -326,7 +326,8 @@ for word, bad in (
 check("setting: what is no TOML is refused", refused(Unreadable, "setting.toml", lambda: read("a = = 1")))
 for path in sorted([*ROOT.glob("input/studies/**/*.toml"), *ROOT.glob("input/tutorial/studies/*.toml")]):
     read_setting, wanted = study_setting.read(path)
-    scene = next(place for folder in path.parents if (place := folder / f"{path.stem}.nml").is_file())
+    name = path.stem.removesuffix("_placed")
+    scene = next(place for folder in path.parents if (place := folder / f"{name}.nml").is_file())
     for family in read_setting.families:
         for rung in family.rungs():
             scene_of(scene.read_text(), {**read_setting.base, **rung}, read_setting)
@@ -337,5 +338,37 @@ for scene in sorted([*ROOT.glob("input/*.nml"), *ROOT.glob("input/tutorial/*.nml
     for family in given.families:
         for rung in family.rungs():
             scene_of(scene.read_text(), rung, given)
+plain = SimpleNamespace(level_boxes=[])
+shipped = {
+    name: (ROOT / f"input/{name}.nml").read_text() for name in ("film", "hertz", "cone_levels", "billet")
+}
+for name in ("film", "hertz", "cone_levels"):
+    old, new = (scene_of(shipped[name], body, plain).values() for body in ({}, {"body": 2.0}))
+    check(
+        f"body: {name} is twice as large, and its surface stays",
+        abs(size_of(new) / size_of(old) - 2) < 0.1
+        and old["tool"] == new["tool"]
+        and box_around(old)[1][2] == box_around(new)[1][2],
+    )
+film, thick = (scene_of(shipped["film"], body, plain).values()["body"] for body in ({}, {"body": 2.0}))
+check(
+    "body: a film stays as thick, what it lies on does not",
+    sorted(one["lower"][2] for one in film)[1] == sorted(one["lower"][2] for one in thick)[1]
+    and min(one["lower"][2] for one in thick) < min(one["lower"][2] for one in film),
+)
+aside = (
+    shipped["hertz"].replace("axis=0,0,-1", "axis=-1,0,0").replace("boundary='symmetry'", "boundary='free'")
+)
+wide = shipped["cone_levels"] + "&pressure lower=0,0,{top}, upper=1,1,{top}, times=0, values=1 /\n"
+top = box_around(read_namelists(shipped["cone_levels"]))[1][2]
+for word, text in (
+    ("opposite the pressed", shipped["billet"]),
+    ("pressed from the side", aside),
+    ("has a &cut", shipped["hertz"] + "&cut body='b', shape='box' /\n"),
+    ("has a &gravity", shipped["hertz"] + "&gravity acceleration=0,0,-9.81 /\n"),
+    ("reaches beyond", wide.format(top=top)),
+    ("under a wedge", shipped["hertz"].replace("'sphere', radius", "'wedge', radius")),
+):
+    check(f"body: refused, {word}", refused(BadSetting, word, lambda: scene_of(text, {"body": 2.0}, plain)))
 print(f"{len(faults)} failed")
 sys.exit(1 if faults else 0)
