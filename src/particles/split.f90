@@ -60,13 +60,17 @@ contains
                                                                !< part
       type(shares_t) :: shares
       logical :: across(3)
+      integer :: suspect(block%particles%count) !< 0 where nothing is too long
       integer :: before, n, p, parts
       splits = 0
       worn_out = 0
       if (present(parent)) allocate (parent(0))
       n = block%particles%count
       parts = 0
+      call find_suspects(n, block%particles%column, layout, cell, minval(stuff%modulus), suspect)
+      if (all(suspect == 0)) return
       do p = 1, n
+         if (suspect(p) == 0) cycle
          across = edges_to_split(block%particles%column, p, layout, cell, stuff(block%particles%body(p)))
          if (any(across)) parts = parts + 2**count(across) - 1
       end do
@@ -78,6 +82,7 @@ contains
       shares = table%shares()
       call block%reserve(n + parts, table%columns)
       do p = 1, n
+         if (suspect(p) == 0) cycle
          across = edges_to_split(block%particles%column, p, layout, cell, stuff(block%particles%body(p)))
          if (.not. any(across)) cycle
          if (nint(block%particles%column(p, layout%generation)) + count(across) &
@@ -94,6 +99,46 @@ contains
       block%cells%bin(n + 1:block%particles%count) = 0
       call block%cells%outdate()
    end subroutine split_long
+
+   !> Among which particles those are that must be split, in vectors: all others are short enough whatever
+   !> their stress, or bear too little to be pulled (see may_be_pulled).
+   pure subroutine find_suspects(n, column, layout, cell, modulus, suspect)
+      integer, intent(in) :: n
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: cell     !< m
+      real(wp), intent(in) :: modulus  !< least of all bodies, Pa
+      integer, intent(out) :: suspect(n)
+      real(wp), parameter :: less = 1.0_wp - 1.0e-9_wp !< rounding does not count
+      real(wp) :: length(n), stress, least, pulls_at
+      integer :: p
+      least = less*(least_tension*modulus)**2
+      pulls_at = less*(longest_at_modulus*modulus*cell)**2
+      associate (d => layout%domain, h => layout%half_size, s => layout%stress)
+         if (d > 0) then
+            !$omp simd
+            do p = 1, n
+               length(p) = max(column(p, d)**2 + column(p, d + 1)**2 + column(p, d + 2)**2, &
+                               column(p, d + 3)**2 + column(p, d + 4)**2 + column(p, d + 5)**2, &
+                               column(p, d + 6)**2 + column(p, d + 7)**2 + column(p, d + 8)**2)
+            end do
+         else
+            !$omp simd
+            do p = 1, n
+               length(p) = max(column(p, h)**2, column(p, h + 1)**2, column(p, h + 2)**2)
+            end do
+         end if
+         !$omp simd private(stress)
+         do p = 1, n
+            stress = column(p, s)**2 + column(p, s + 1)**2 + column(p, s + 2)**2 &
+                     + 2.0_wp*(column(p, s + 3)**2 + column(p, s + 4)**2 + column(p, s + 5)**2)
+            suspect(p) = merge(1, 0, length(p) > less*(longest_box*cell)**2 &
+                               .or. (length(p) > less*(shortest_pulled*cell)**2 .and. stress > least &
+                                     .and. (length(p) > less*(longest_pulled*cell)**2 &
+                                            .or. stress*length(p) > pulls_at)))
+         end do
+      end associate
+   end subroutine find_suspects
 
    !> Across which of its half edges a particle must be split: the longest, if it is too long for the weights;
    !> under tension, all that are too long for that.
