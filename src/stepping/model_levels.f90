@@ -66,9 +66,10 @@ contains
       logical, allocatable :: cells(:, :, :)
       integer :: i, j, k
       logical :: keep
-      cells = touched_at_start(scene, self%levels(l - 1)%grid)
-      keep = scene%levels(part)%has_box .or. .not. any(cells)
       associate (n => self%levels(l - 1)%grid%cells, region => self%first_parts(part))
+         allocate (cells(0:n(1) - 1, 0:n(2) - 1, 0:n(3) - 1))
+         cells(:, :, :) = touched_at_start(scene, self%levels(l - 1)%grid) ! the bounds stay
+         keep = scene%levels(part)%has_box .or. .not. any(cells)
          if (keep) then
             do k = 1, n(3)
                do j = 1, n(2)

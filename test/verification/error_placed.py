@@ -51,7 +51,11 @@ def works(name, **how):
 works("fine", level="", cell=0.5)
 works("coarse", level="")
 said = works("placed")
-works("in_a_box", level="&level criterion='error', lower=2,0,2, upper=18,8,9, max_cells=20000 /\n")
+boxed = works("in_a_box", level="&level criterion='error', lower=2,0,2, upper=18,8,9, max_cells=20000 /\n")
+need(
+    "level 2    (2, 0, 2) to (18, 8, 9), 7168 cells" in boxed,
+    "a level with a box begins there: " + "".join(re.findall(r"^level 2 .*cells", boxed, re.M)),
+)
 for name in ("placed", "in_a_box"):
     need(
         abs(load(name) / load("fine") - 1) < 0.01,
