@@ -22,7 +22,7 @@ module m_box_tree
 
    !> The nearest point of a triangle.
    type :: foot_t
-      real(wp) :: squared = huge(1.0_wp) !< of its distance, m2
+      real(wp) :: squared = huge(1.0_wp)/slack !< of its distance, m2
       real(wp) :: way(3) = 0.0_wp        !< from it to the place, m
       integer :: place = 0               !< of the triangle in the tree
       integer :: feature = 0             !< 0: inside the triangle; 1 to 3: on the edge from that corner to

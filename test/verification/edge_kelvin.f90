@@ -115,10 +115,8 @@ contains
       logical, allocatable :: held(:), bears(:)
       integer :: l
       call describe(scene, poisson, has_level, shift)
-      if (means) then
-         allocate (model%effects(1))
-         allocate (model%effects(1)%effect, source=anti_locking_t())
-      end if
+      allocate (model%effects(merge(1, 0, means)))
+      if (means) allocate (model%effects(1)%effect, source=anti_locking_t())
       call model%build(comm, scene, error)
       call test%check(.not. error%happened(), 'built')
       call system%begin(model, 0.0_wp, 1.0_wp, scene%quasi_static%stabilisation)
