@@ -171,9 +171,10 @@ contains
       type(course_t), intent(in) :: course
       integer(i8), intent(in) :: particle_steps !< of all ranks
       real(wp) :: bytes, messages
-      integer(i8) :: at_end, resting, splits
+      integer(i8) :: at_end, merges, resting, splits
       resting = model%communicator%sum_count(model%particle_steps_at_rest)
       splits = model%communicator%sum_count(model%splits)
+      merges = model%communicator%sum_count(model%merges)
       at_end = model%communicator%sum_count(model%particle_count())
       messages = model%communicator%maximum(real(sum(model%exchange%messages) &
                                                  + sum(model%composite%exchange%messages), wp) /course%steps)
@@ -183,8 +184,8 @@ contains
                                       ' % of the particle-steps had nothing to do')
       call facts%note('particle_steps_at_rest', to_text(resting))
       if (scene%time%domain /= domain_fixed .or. size(model%levels) > 1) &
-         call facts%say('domains: '//to_text(splits)//' particles made by splitting, '//to_text(at_end)// &
-                        ' at the end')
+         call facts%say('domains: '//to_text(splits)//' particles made by splitting, '//to_text(merges)// &
+                        ' by merging eight, '//to_text(at_end)//' at the end')
       call say_placings(facts, model)
       if (model%communicator%ranks > 1) &
          call facts%say('node sums: at most '//to_text(messages, 4)//' messages and '//to_text(bytes, 9)// &
