@@ -904,10 +904,9 @@ def cases():
             nested
             + "; a blunt cone, b the radius of the circle where its sphere goes over into it; loads at the "
             "depth of a half-space",
-            "As B5. The true area is compared with that of the exact contact under the same load. Its "
-            "radius is 0.15 of a cell short here, however many cells there are, and 0.05 under a sphere: the "
-            "surface that a grid makes bends less than the exact one ([theory](../developer/theory.md), eq. "
-            "contact-edge).",
+            "As B5. The true area is compared with that of the exact contact under the same load. On both "
+            "grids its radius is 0.15 of a cell short: the surface that a grid makes bends less than the "
+            "exact one ([theory](../developer/theory.md), eq. contact-edge).",
             [
                 rounded_cone_row("rounded_cone", (1.0, 1.5, 2.0)),
                 rounded_cone_row("rounded_cone_5", (3.0, 5.0)),

@@ -28,7 +28,7 @@ from report_page import badge, join, tag, whole
 from report_worth import compare, look
 from run_data import Unreadable, read_namelists
 from run_log import RunLog
-from study_scene import Scene, group_start
+from scene_text import Scene, group_start
 
 references = {
     "sphere": "sphere_hypo_h0.1.csv",

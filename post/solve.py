@@ -38,11 +38,13 @@ if sys.version_info < (3, 11):
 
 import study_quantity as quantities
 from run_data import Unreadable, depth_of
+from scene_text import BadSetting, Scene
 from solve_model import Choice, Errors, MARGIN, Price, Sample, choose
 from study import Study
+from study_body import size_of
 from study_report import write_text
 from study_runs import Rejected, share_of_processors
-from study_scene import BadSetting, Scene, scene_of, side_that_moves, size_of
+from study_scene import scene_of, side_that_moves
 
 FACTORS = [4, 3, 2, 4 / 3, 1, 2 / 3, 0.5, 1 / 3, 0.25]  # of the scene's cell, or those of the study's file
 SPEEDS = [4.0, 2.0, 1.0, 0.5, 0.25, 0.125]
@@ -111,7 +113,11 @@ class Key(NamedTuple):
 
     @property
     def is_plain(self):
-        return self[2:] == (1.0, 1.0, 1.0)
+        return self.speed == self.step == self.body == 1.0
+
+    def is_like(self, other):
+        """A particle-step of both costs the same, about: as many levels, as large a body."""
+        return (self.levels, self.body) == (other.levels, other.body)
 
 
 class Solve:
@@ -136,7 +142,7 @@ class Solve:
         self.measured = {}  # Key: error of a run, per cent
         self.confirmed = {}  # Key: core-seconds, MB, by a plan of it
         self.larger = None  # Key of the pilot with a larger body
-        self.no_larger = ""  # why there is none
+        self.no_larger = ""  # why there is no run of it
         self.correction = None  # of plans: what a pilot took over what its own plan says
 
     def left(self):
@@ -230,8 +236,8 @@ class Solve:
         """Of the body of settings, over that of the scene: its sides move by whole cells."""
         if key.body == 1.0:
             return 1.0
-        plain = self.study.run(self.settings(key._replace(body=1.0, speed=1.0)))
-        return size_of(self.done[key].case) / size_of(plain.case)
+        own, plain = (self.study.run(self.settings(one)) for one in (key, key._replace(body=1.0)))
+        return size_of(own.case) / size_of(plain.case)
 
     def pilots(self):
         """From coarse to fine, three grids at least, and on while the target is not met in space and the next
@@ -276,13 +282,12 @@ class Solve:
             self.run(self.middle._replace(step=0.5))
         except Unusable as fault:
             raise BadSetting(f"the part of the speed, or of the time step, is not to be had: {fault}")
+        self.larger = self.enlarged()
         try:
-            self.larger = self.enlarged()
-            self.run(self.larger)
             if self.size(self.larger) < LEAST_LARGER:
                 raise BadSetting("body: it does not become larger by whole cells")
+            self.run(self.larger)
         except (Unusable, BadSetting) as fault:
-            self.done.pop(self.larger, None)
             self.no_larger = str(fault)
             if self.options.half_space:
                 raise BadSetting(f"the part of the finite body is not to be had: {fault}")
@@ -342,7 +347,7 @@ class Solve:
         if key in self.done:
             near = key
         else:
-            alike = [one for one in self.done if one[1::3] == key[1::3]]  # levels, body
+            alike = [one for one in self.done if one.is_like(key)]
             near = min(alike, key=lambda one: (one.factor, abs(math.log(one.speed * one.step))), default=None)
         if near:
             run = self.done[near]
@@ -385,7 +390,7 @@ class Solve:
             return self.done[key].seconds, work[2]
         if work is None or key in self.confirmed:
             return self.confirmed.get(key)
-        alike = [one for one in self.confirmed if one[1::3] == key[1::3]]  # levels, body
+        alike = [one for one in self.confirmed if one.is_like(key)]
         if not alike:
             return price.of(*work[:2]), work[2]
         near = min(alike, key=lambda one: (abs(math.log(one.factor / key.factor)), -one.speed))

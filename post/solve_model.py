@@ -18,7 +18,7 @@ import math
 import numpy as np
 
 import study_fit as fit
-from study_scene import BadSetting
+from scene_text import BadSetting
 
 LOWEST_ORDER, HIGHEST_ORDER = 0.5, 3.0
 MARGIN = 0.8  # of the target: what is aimed at

@@ -30,7 +30,7 @@ import study_report as report
 import study_setting
 from run_data import Unreadable
 from study_runs import Budget, Rejected, Run, described, session
-from study_scene import BadSetting
+from scene_text import BadSetting
 
 
 class Study:

@@ -4,7 +4,7 @@ import numpy as np
 
 import indentation
 from run_data import History, Unreadable
-from study_scene import BadSetting
+from scene_text import BadSetting
 
 
 def curve_of(run, quantity):

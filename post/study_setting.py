@@ -5,7 +5,7 @@ import dataclasses
 import tomllib
 
 from run_data import Unreadable
-from study_scene import BadSetting, Scene
+from scene_text import BadSetting, Scene
 
 kinds = ("load", "probe", "energy", "frequency", "printed")
 

@@ -56,13 +56,14 @@ contains
                if (parent(last + 1) /= parent(first)) exit
                last = last + 1
             end do
-            ! parts of parts may have the same parent
-            do generation = merge(3, huge(1), last - first >= 7), at%most_generations()
-               members = pack(small(first:last), nint(block%particles%column(small(first:last), &
-                                                                             at%generation)) == generation)
-               if (size(members) == 8) &
-                  call merge_eight(level, finer, b, members, materials, stuff, merged, lost, gone)
-            end do
+            if (last - first >= 7) then
+               do generation = 3, at%most_generations() ! parts of parts may have the same parent
+                  members = pack(small(first:last), &
+                                 nint(block%particles%column(small(first:last), at%generation)) == generation)
+                  if (size(members) == 8) &
+                     call merge_eight(level, finer, b, members, materials, stuff, merged, lost, gone)
+               end do
+            end if
             first = last + 1
          end do
          if (merged == 0) return

@@ -24,7 +24,7 @@ import indentation
 import oliver_pharr
 from benchmark_scenes import Motion, plane_modulus, poisson, power_law, young
 from layered import Layers, base_compliance, compliance, stiffening
-from study_scene import Scene
+from scene_text import Scene
 
 faults = []
 

@@ -15,7 +15,8 @@ ROOT = Path(sys.argv[1])
 sys.path.insert(0, str(ROOT / "post"))
 from solve import seconds_of, speed_is_free, time_step_of
 from solve_model import Choice, Errors, Price, Sample, choose
-from study_scene import BadSetting, side_that_moves
+from scene_text import BadSetting
+from study_scene import side_that_moves
 
 faults = []
 

@@ -14,7 +14,9 @@ import study_fit as fit
 import study_quantity as quantities
 import study_setting
 from run_data import Unreadable, read_namelists
-from study_scene import BadSetting, Scene, add_probes, box_around, scene_of, size_of, turn
+from scene_text import BadSetting, Scene
+from study_body import box_around, size_of
+from study_scene import add_probes, scene_of, turn
 
 faults = []
 
