@@ -838,7 +838,7 @@ def cases():
             "at half of the flow stress over rho c at most. At E/Y = 700 the load falls by 5 % when the tool "
             "stands, to 91 Y h^2 (tool_tool.dat of the run); at four times the speed it falls by 14 % "
             "([notebook](../notebook/load_at_a_stop.md)), and at E/Y = 100 and 180 by 4 %. H is of the "
-            "fallen load: in motion it is 6 % higher at E/Y = 100, n = 0, where contact_area is 6 % short. "
+            "fallen load: in motion it is 3 to 4 % higher at E/Y = 100, n = 0, as the load is. "
             "The finite elements' own steps bound what can be said of the stiffness.",
             cones,
         ),
