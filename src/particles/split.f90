@@ -101,7 +101,7 @@ contains
    end subroutine split_long
 
    !> Among which particles those are that must be split, in vectors: all others are short enough whatever
-   !> their stress, or bear too little to be pulled (see may_be_pulled).
+   !> their stress, or no component of it can bear the tension that would split the longest edge.
    pure subroutine find_suspects(n, column, layout, cell, modulus, suspect)
       integer, intent(in) :: n
       real(wp), intent(in), contiguous :: column(:, :)
@@ -159,7 +159,7 @@ contains
             tension = largest_tension(column(p, :), layout, limit)
             if (tension > 0.0_wp) across = squares > (longest_pulled*cell)**2
          end if
-      else if (may_be_pulled(column, p, layout, sqrt(maxval(squares))/cell, stuff%modulus)) then
+      else
          tension = largest_tension(column(p, :), layout, 0.0_wp)
          if (tension > least_tension*stuff%modulus) then
             limit = cell*max(shortest_pulled, min(longest_pulled, longest_at_modulus*stuff%modulus/tension))
@@ -168,23 +168,6 @@ contains
       end if
       if (maxval(squares) > (longest*cell)**2) across(maxloc(squares, dim=1)) = .true.
    end function edges_to_split
-
-   !> False where no component of the stress can bear the tension that would split the longest edge (cells):
-   !> of nearly all particles.
-   pure logical function may_be_pulled(column, p, layout, edge, modulus)
-      real(wp), intent(in), contiguous :: column(:, :)
-      integer, intent(in) :: p
-      type(layout_t), intent(in) :: layout
-      real(wp), intent(in) :: edge, modulus
-      real(wp) :: needed, squares
-      needed = least_tension
-      if (edge <= longest_pulled) needed = max(needed, longest_at_modulus/edge)
-      associate (s => layout%stress)
-         squares = column(p, s)**2 + column(p, s + 1)**2 + column(p, s + 2)**2 &
-                   + 2.0_wp*(column(p, s + 3)**2 + column(p, s + 4)**2 + column(p, s + 5)**2)
-      end associate
-      may_be_pulled = squares > (needed*modulus)**2
-   end function may_be_pulled
 
    !> True for a particle that is all of a cell.
    pure logical function is_whole(mass, cell, stuff)
