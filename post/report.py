@@ -14,7 +14,6 @@ What a run did not write is said on the page. Exit status 2 where the directory 
 import argparse
 import datetime
 import hashlib
-import json
 import os
 import re
 import sys
@@ -27,7 +26,7 @@ import plots
 import report_charts
 import report_pictures
 from report_hardness import hardness_sections
-from report_page import Markup, badge, embedded, image, join, section, si, table, tag, text, whole
+from report_page import Markup, badge, embedded, image, join, section, si, table, tag, whole
 from report_worth import judge, look
 from run_data import History, Particles, Unreadable, depth_of, read_namelists
 from run_log import RunLog

@@ -21,7 +21,6 @@ import benchmarks
 import half_space
 import hardness as hardness_of_runs
 import indentation
-import oliver_pharr
 from benchmark_scenes import Motion, plane_modulus, poisson, power_law, young
 from layered import Layers, base_compliance, compliance, stiffening
 from scene_text import Scene

@@ -5,7 +5,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 
 ROOT, GIMP3D = Path(sys.argv[1]), sys.argv[2]
 sys.path.insert(0, str(ROOT / "post"))

@@ -16,7 +16,7 @@ import study_setting
 from run_data import Unreadable, read_namelists
 from scene_text import BadSetting, Scene
 from study_body import box_around, size_of
-from study_scene import add_probes, scene_of, turn
+from study_scene import add_probes, scene_of
 
 faults = []
 
