@@ -15,7 +15,7 @@ module m_block
       reshape([(mod(n - 1, 3) - 1, mod((n - 1)/3, 3) - 1, (n - 1)/9 - 1, n=1, 27)], [3, 27])
 
    integer, parameter, public :: sum_count = 12 !< quantities that histories sum over all particles
-                                                !< (stepping/energy.f90)
+                                                !< (model/energy.f90)
 
    !> What a block holds, and what is known of it: moves as a whole when blocks are numbered anew.
    type :: contents_t

@@ -65,9 +65,9 @@ def replace(path, old, new):
 
 def effect_groups(source):
     """Names of the groups that call for effects."""
-    found = re.findall(r"^ *block; .*call add\('(\w+)'", (source / 'physics/effects.f90').read_text(), re.M)
+    found = re.findall(r"^ *block; .*call add\('(\w+)'", (source / 'effects/effects.f90').read_text(), re.M)
     if not found:
-        raise SystemExit('physics/effects.f90 has no list')
+        raise SystemExit('effects/effects.f90 has no list')
     return found
 
 
@@ -80,13 +80,13 @@ def called_for(name, groups):
 
 def strip(source):
     """Leave all optional effects out of a copy of src/."""
-    listed = source / 'physics/effects.f90'
+    listed = source / 'effects/effects.f90'
     modules = re.findall(r'^ *block; use m_(\w+), only', listed.read_text(), re.M)
     drop(listed, r'^ *block; use m_')
     for module in modules:
-        (source / f'physics/{module}.f90').unlink()
+        (source / f'effects/{module}.f90').unlink()
     grid, schedule, g2p, stress, cells = (
-        source / f'stepping/{name}.f90'
+        source / f'explicit/{name}.f90'
         for name in ('grid_stages', 'schedule', 'g2p_stage', 'stress_stage', 'cells_stage')
     )
     kernel = source / 'kernels/p2g_boxes.f90'
@@ -110,13 +110,13 @@ def strip(source):
         '\n',
     )
     replace(
-        source / 'stepping/model.f90',
+        source / 'model/model.f90',
         r'(?s)( *wave_speed = self%bounds%wave_speed\n) *do e = .*?end do\n',
         r'\1',
     )
-    replace(source / 'stepping/model.f90', r' *integer :: e\n( *wave_speed = )', r'\1')
-    replace(source / 'stepping/energy.f90', r'(?s) *do m = 1, size\(model%effects\)\n.*?end do\n', '')
-    drop(source / 'stepping/model.f90', r'effect_step\(l\)%fold')
+    replace(source / 'model/model.f90', r' *integer :: e\n( *wave_speed = )', r'\1')
+    replace(source / 'model/energy.f90', r'(?s) *do m = 1, size\(model%effects\)\n.*?end do\n', '')
+    drop(source / 'model/model.f90', r'effect_step\(l\)%fold')
     for path in (grid, schedule, g2p, stress, cells, kernel):
         if re.search('effect_step\\(l|viscous|pressure_shift', path.read_text()):
             raise SystemExit(f'{path} still knows of effects')

@@ -22,8 +22,12 @@ planted 'input.md: .*#nowhere): no such heading' doc/user/input.md '\n[there](ou
 planted 'output.md: theory.md, eq. nowhere: no such equation' doc/user/output.md '\nAs in theory.md, eq. nowhere.'
 planted 'design.md: src/base/nowhere.f90: no such file' doc/developer/design.md '\nSee `src/base/nowhere.f90`.'
 planted 'bar.nml: doc/user/nowhere.md: no such file' input/bar.nml '! doc/user/nowhere.md'
-planted 'kinds.f90: uses m_model of stepping, which is further up' src/base/kinds.f90 '   use m_model, only: model_t'
+planted 'kinds.f90: uses m_model of model, which is further up' src/base/kinds.f90 '   use m_model, only: model_t'
 echo 'kinds.f90: imports model_t and does not use it' >>expected
+mkdir tree/src/shelf
+planted 'lonely.f90: shelf is no folder' src/shelf/lonely.f90 'module m_lonely\nend module m_lonely'
+planted 'design.md: base does not name lonely' src/base/lonely.f90 'module m_lonely_too\nend module m_lonely_too'
+planted 'design.md: src/stepping/model.f90: no such file' doc/developer/design.md '\nSee `stepping/model.f90`.'
 planted 'kinds.f90: .* lines, more than 450' src/base/kinds.f90 "$(yes '!' | head -450)"
 planted 'kinds.f90: line .* has 118 columns' src/base/kinds.f90 "! $(printf 'word%.0s' $(seq 29))"
 planted 'compare.py: line .* has 121 columns' test/harness/compare.py "\n# $(printf 'word %.0s' $(seq 23))tail"

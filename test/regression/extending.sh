@@ -17,9 +17,9 @@ cp -a "$BUILD_DIR/obj/src" tree/build/"$BUILD"/obj/
 "$PYTHON" "$ROOT/test/regression/extending.py" extract "$ROOT/doc/developer/extending.md" tree
 diff -r "$ROOT/src" tree/src >differences || true
 cat >wanted <<'END'
+Only in tree/src/effects: shaking.f90
 Only in tree/src/geometry: torus.f90
-Only in tree/src/physics: kelvin_voigt.f90
-Only in tree/src/physics: shaking.f90
+Only in tree/src/laws: kelvin_voigt.f90
 END
 grep '^Only in' differences | cmp - wanted || fail "other new files: $(cat differences)"
 [ "$(grep -c '^diff ' differences)" -eq 3 ] && [ "$(grep -c '^> ' differences)" -eq 3 ] && ! grep -q '^< ' differences ||
@@ -42,8 +42,8 @@ with_example=$PWD/tree/build/$BUILD/gimp3d
 "$PYTHON" "$ROOT/test/regression/extending.py" ring out/ring
 
 sed -i "s/^\( *\)call table%declare('stress', .*/\1call table%declare('planted', 1, '1', written=.false.)\n&/" \
-   tree/src/stepping/model.f90
-! cmp -s "$ROOT/src/stepping/model.f90" tree/src/stepping/model.f90 || fail 'nothing was planted'
+   tree/src/model/model.f90
+! cmp -s "$ROOT/src/model/model.f90" tree/src/model/model.f90 || fail 'nothing was planted'
 build
 if GIMP3D=$with_example WORK=$PWD/planted bash "$ROOT/test/regression/effects_free.sh" >planted.log 2>&1; then
    fail 'effects_free does not see a field that no one called for'
