@@ -8,7 +8,7 @@ module m_filesystem
    private
    public :: make_directory, can_make_directory, is_directory, is_writable, rename_file, remove_file
    public :: read_file, read_standard_input, sync_file, list_files, same_file, system_reason, system_error
-   public :: link_file, create_file, touch_file, time_of_file, locks_are_refused
+   public :: link_file, create_file, touch_file, time_of_file, locks_are_refused, never_ends
 
    integer(c_int), parameter :: no_such_file = 2 ! errno
    integer(c_int), parameter :: may_search = 1, may_write = 2, permissions = 511 ! rwxrwxrwx, less the umask
@@ -284,6 +284,20 @@ contains
       seconds = -1
       if (c_statx(here, path//c_null_char, 0_c_int, modified, found) == 0) seconds = found(at)
    end function time_of_file
+
+   !> Whether a path leads to something that need not have an end: a pipe, a socket, a device. False of what
+   !> is not there.
+   logical function never_ends(path)
+      character(len=*), intent(in) :: path
+      integer(c_int), parameter :: here = -100, kind_of_file = 1
+      integer, parameter :: at = 4 ! stx_mode is in the upper half of this word of 8 bytes
+      integer(c_int64_t), parameter :: kinds = 61440, regular = 32768, directory = 16384
+      integer(c_int64_t) :: found(32), kind
+      never_ends = .false.
+      if (c_statx(here, path//c_null_char, 0_c_int, kind_of_file, found) /= 0) return
+      kind = iand(shiftr(found(at), 32), kinds)
+      never_ends = kind /= regular .and. kind /= directory
+   end function never_ends
 
    !> Whether the file system of a file refuses to lock it, which is not the same as that somebody else has
    !> locked it.

@@ -6,6 +6,7 @@ module m_contact_groups
    use m_scene, only: scene_t, body_contact_spec_t, start_as_is, largest_friction
    use m_scene_words, only: start_words
    use m_value_range, only: at_least
+   use m_text, only: to_text
    use m_words, only: lower_case
    implicit none
    private
@@ -33,10 +34,11 @@ contains
    end subroutine number_groups
 
    !> What holds between bodies of two groups, or of all.
-   subroutine describe_body_contact(group, scene, contact)
+   subroutine describe_body_contact(group, scene, contact, number)
       type(group_reader_t), intent(inout) :: group
       type(scene_t), intent(in) :: scene
       type(body_contact_spec_t), intent(inout) :: contact
+      integer, intent(in) :: number !< of the &body_contact
       character(len=name_length), allocatable :: names(:)
       integer :: g
       allocate (names(0))
@@ -49,6 +51,7 @@ contains
          call group%get_choices('groups', contact%groups, names)
       if (contact%groups(1) > 0 .and. contact%groups(1) == contact%groups(2)) &
          call group%refuse('groups', 'must be two different groups: bodies of one are bonded')
+      if (group%is_reading()) call check_given_once(group, scene, contact, number)
       call group%get('friction', contact%friction, at_least(0.0_wp, '', at_most=largest_friction))
       call group%get('adhesion', contact%adhesion, at_least(0.0_wp, 'J/m2'))
       call group%get('cohesive_range', contact%cohesive_range, at_least(0.0_wp, 'm'))
@@ -57,6 +60,23 @@ contains
       call group%get('press_fit', contact%press_fit, at_least(0.0_wp, 's'))
       call check_adhesion(group, contact)
    end subroutine describe_body_contact
+
+   !> No other &body_contact is about the same two groups, in either order, or like this one about all.
+   subroutine check_given_once(group, scene, contact, number)
+      type(group_reader_t), intent(inout) :: group
+      type(scene_t), intent(in) :: scene
+      type(body_contact_spec_t), intent(in) :: contact
+      integer, intent(in) :: number
+      integer :: n
+      do n = 1, number - 1
+         associate (before => scene%body_contacts(n)%groups)
+            if (.not. (all(before == contact%groups) .or. all(before == contact%groups([2, 1])))) cycle
+            call group%refuse('groups', 'the same have been given before (&body_contact number '// &
+                              to_text(n)//'); allowed: once')
+            return
+         end associate
+      end do
+   end subroutine check_given_once
 
    !> A law of adhesion has two numbers.
    subroutine check_adhesion(group, contact)

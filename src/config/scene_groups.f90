@@ -255,7 +255,7 @@ contains
       case ('cut')
          call describe_cut(group, scene%bodies, scene%cuts(number))
       case ('body_contact')
-         call describe_body_contact(group, scene, scene%body_contacts(number))
+         call describe_body_contact(group, scene, scene%body_contacts(number), number)
       case ('tool')
          if (.not. allocated(scene%tools(number)%name)) scene%tools(number)%name = 'tool'//to_text(number)
          call describe_tool(group, scene%has_motions, scene%tools(number))

@@ -6,7 +6,8 @@ module m_grain_file
    use hdf5
    use m_kinds, only: wp, i4, i8
    use m_checksum, only: text_checksum
-   use m_filesystem, only: read_file
+   use m_filesystem, only: read_file, never_ends
+   use m_number_text, only: find_decimal_comma
    use m_text, only: to_text
    implicit none
    private
@@ -39,6 +40,10 @@ contains
       character(len=:), allocatable, intent(out) :: fault
       character(len=:), allocatable :: bytes
       logical :: ok
+      if (never_ends(path)) then
+         fault = 'is a pipe or a device; allowed: a file on the disk'
+         return
+      end if
       call read_file(path, longest_hdf5, bytes, ok)
       if (.not. ok) then
          fault = 'cannot be read; allowed: HDF5, or a text file of lines phi1 Phi phi2 or x y z phi1 Phi phi2'
@@ -62,7 +67,7 @@ contains
       character(len=:), allocatable, intent(out) :: fault
       character(len=:), allocatable :: line
       real(wp), allocatable :: rows(:), row(:)
-      integer :: at, end, number, width
+      integer :: at, end, number, width, first, last
       logical :: ok
       fault = ''
       allocate (rows(0))
@@ -75,6 +80,12 @@ contains
          if (end == 0) end = len(text) - at + 2
          line = text(at:at + end - 2)
          at = at + end
+         call find_decimal_comma(line(:scan(line//'#', '#!') - 1), first, last)
+         if (first > 0) then
+            fault = 'line '//to_text(number)//': '''//line(first:last)// &
+                    ''' has a decimal comma; allowed: decimal points'
+            return
+         end if
          call read_row(line, row, ok)
          if (ok .and. size(row) == 0) cycle
          if (width == 0) width = size(row)

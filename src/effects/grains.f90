@@ -21,6 +21,10 @@ module m_grains
    public :: grains_t
 
    integer, parameter :: longest_path = 1000 !< characters
+   character(len=7), parameter :: angle_words(2) = ['degrees', 'radians']
+   integer, parameter :: in_degrees = 1, in_radians = 2
+   integer, parameter :: enough = 4 !< grains of which one has an angle above 2 pi, were they in degrees
+   real(wp), parameter :: most_apart = 1000.0_wp !< seeds from each other, in widths of the box
    integer(i8), parameter :: prime = 2147483647_i8 !< 2^31 - 1
 
    type, extends(effect_t) :: grains_t
@@ -29,6 +33,7 @@ module m_grains
       integer :: seed = 1                              !< of chance
       real(wp), allocatable :: positions(:)    !< of the seeds, m: x y z of each
       real(wp), allocatable :: orientations(:) !< Euler angles phi1 Phi phi2 of each, degrees
+      integer :: angles = 0                    !< how they are given, of `angle_words`; 0: not said
       integer(i4), allocatable :: voxels(:, :, :) !< number of the grain, x fastest, all over the box; 0: none
       character(len=:), allocatable :: file, checksum !< of the voxels
       integer :: grain = 0                     !< column of the number of the grain
@@ -39,6 +44,8 @@ module m_grains
       procedure :: initialise
       procedure :: verify
       procedure, private :: take_file
+      procedure, private :: take_angles
+      procedure, private :: check_distances
       procedure, private :: grain_at
       procedure, private :: draw
    end type grains_t
@@ -68,6 +75,10 @@ contains
       else if (self%file /= '' .and. group%is_reading()) then
          call self%take_file(group)
       end if
+      if (.not. group%is_writing() .or. self%angles > 0) &
+         call group%get_choice('angles', self%angles, angle_words)
+      if (group%is_reading()) call self%check_distances(group)
+      if (group%is_reading()) call self%take_angles(group)
       if (mod(size_of(self%orientations), 3) /= 0) &
          call group%refuse('orientations', 'must be three angles a grain')
       if (mod(size_of(self%positions), 3) /= 0) &
@@ -109,6 +120,53 @@ contains
          self%checksum = ''
       end if
    end subroutine take_file
+
+   !> Angles become degrees. Where nothing says what they are in, and none is above 2 pi, that is asked for.
+   subroutine take_angles(self, group)
+      class(grains_t), intent(inout) :: self
+      type(group_reader_t), intent(inout) :: group
+      real(wp) :: largest
+      if (size_of(self%orientations) == 0) return
+      largest = maxval(abs(self%orientations))
+      if (self%angles == 0 .and. size(self%orientations) >= 3*enough .and. largest > 0.0_wp &
+          .and. largest <= 2.0_wp*pi) then
+         call group%refuse(trim(merge('file        ', 'orientations', group%is_given('file'))), &
+                           'no angle is above 6.28 in size, as if they were in radians; allowed: '// &
+                           'angles=''radians'', or ''degrees'' if that is what they are in (Rodrigues'' '// &
+                           'vectors are not read)')
+      else if (self%angles == in_radians) then
+         self%orientations = 180.0_wp/pi*self%orientations
+         if (self%file == '') self%angles = in_degrees ! as they are written
+      end if
+   end subroutine take_angles
+
+   !> Seeds that all are far from each other, seen from the box, or all at one of its places, are not in m, or
+   !> no places.
+   subroutine check_distances(self, group)
+      class(grains_t), intent(in) :: self
+      type(group_reader_t), intent(inout) :: group
+      real(wp) :: low(3), high(3), apart, width
+      integer :: axis, count
+      count = size_of(self%positions)/3
+      if (count < 2) return
+      do axis = 1, 3
+         low(axis) = minval(self%positions(axis:3*count:3))
+         high(axis) = maxval(self%positions(axis:3*count:3))
+      end do
+      apart = maxval(high - low)/real(count, wp)**(1.0_wp/3.0_wp)
+      width = maxval(self%upper - self%lower)
+      if (apart <= most_apart*width .and. maxval(high - low)*most_apart >= width) return
+      call group%refuse(trim(merge('file     ', 'positions', group%is_given('file'))), &
+                        'the seeds lie from '//place(low)//' to '//place(high)//' m, the box from '// &
+                        place(self%lower)//' to '//place(self%upper)//' m; allowed: seeds in m, before '// &
+                        'the angles')
+   contains
+      function place(x) result(text)
+         real(wp), intent(in) :: x(3)
+         character(len=:), allocatable :: text
+         text = '('//to_text(x(1), 3)//', '//to_text(x(2), 3)//', '//to_text(x(3), 3)//')'
+      end function place
+   end subroutine check_distances
 
    pure integer function size_of(list)
       real(wp), allocatable, intent(in) :: list(:)

@@ -9,6 +9,7 @@ module m_closed_surface
    public :: closed_surface_t
 
    integer, parameter :: fewest_cells = 8**3, most_cells = 96**3, cells_a_triangle = 8 !< over its box
+   real(wp), parameter :: most_in_all = 8.0e6_wp !< cells, with those around: of needles and plates
    real(wp), parameter :: known = 0.5_wp !< cells whose distance is known to be more than this share of the
                                          !< last one that was searched for need no search
    integer, parameter :: rim = 8 !< cells around that: what comes near a tool is most often outside its box
@@ -54,6 +55,9 @@ contains
       call triangles%bounds(self%lower, self%upper)
       wanted = min(most_cells, max(fewest_cells, cells_a_triangle*triangles%count()))
       self%edge = (product(self%upper - self%lower)/wanted)**(1.0_wp/3.0_wp)
+      do while (product((self%upper - self%lower)/self%edge + 1.0_wp + 2*rim) > most_in_all)
+         self%edge = 1.25_wp*self%edge
+      end do
       self%cells = ceiling((self%upper - self%lower)/self%edge) + 2*rim
       self%from = 0.5_wp*(self%lower + self%upper) - 0.5_wp*self%cells*self%edge
       self%per_edge = 1.0_wp/self%edge

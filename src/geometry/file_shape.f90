@@ -6,7 +6,7 @@ module m_file_shape
    use m_constants, only: pi
    use m_checksum, only: text_checksum
    use m_communicator, only: communicator_t
-   use m_filesystem, only: read_file, is_directory, system_reason
+   use m_filesystem, only: read_file, is_directory, never_ends, system_reason
    use m_group_reader, only: group_reader_t
    use m_text, only: to_text
    use m_value_range, only: any_value, above
@@ -14,7 +14,9 @@ module m_file_shape
    use m_triangles, only: triangles_t, weld
    use m_surface_text, only: read_triangles, read_heights, is_heights
    use m_height_field, only: close_heights
+   use m_height_checks, only: doubt_heights
    use m_height_file, only: is_hdf5, read_height_file
+   use m_self_overlap, only: look_for_overlap
    use m_closed_surface, only: closed_surface_t
    implicit none
    private
@@ -22,6 +24,7 @@ module m_file_shape
 
    integer, parameter :: longest_path = 1000
    integer, parameter :: most_bytes = 1000000000
+   real(wp), parameter :: most_overlap = 1.0e-3_wp !< of what is inside: what scans have
    integer, parameter :: piece = 1048576 !< bytes of a file whose checksum is taken at once
 
    type, extends(shape_t) :: file_shape_t
@@ -92,9 +95,9 @@ contains
       self%checksum = digits
       if (is_hdf5(bytes)) then
          call share_heights(communicator, self%file, height, fault)
-         if (fault == '') call close_up_heights(height, self%spacing, place, of, fault)
+         if (fault == '') call close_up_heights(height, self%spacing, self%scale, place, of, fault)
       else
-         call find_corners(bytes, self%spacing, place, of, fault)
+         call find_corners(bytes, self%spacing, self%scale, place, of, fault)
       end if
       if (fault /= '') return
       deallocate (bytes)
@@ -102,6 +105,7 @@ contains
       call move_alloc(of, triangles%of)
       triangles%corner = placed(self, place)
       call triangles%close_up(fault)
+      if (fault == '' .and. .not. any(self%spacing > 0.0_wp)) call check_overlap(triangles, fault)
       if (fault /= '') return
       allocate (self%inside_of) ! what is here before belongs to copies
       call self%inside_of%build(triangles)
@@ -116,8 +120,10 @@ contains
       bytes = ''
       if (is_directory(path)) then
          fault = 'is a directory; allowed: an STL or OBJ file, or heights'
-         return
+      else if (never_ends(path)) then
+         fault = 'is a pipe or a device; allowed: a file on the disk'
       end if
+      if (fault /= '') return
       call read_file(path, most_bytes, bytes, good)
       if (.not. good) then
          fault = 'cannot be read: '//system_reason()
@@ -141,9 +147,9 @@ contains
    end function checksum_of
 
    !> Corners and triangles in the file's unit; heights are closed with walls and a floor.
-   subroutine find_corners(bytes, spacing, place, of, fault)
+   subroutine find_corners(bytes, spacing, scale, place, of, fault)
       character(len=*), intent(in) :: bytes
-      real(wp), intent(in) :: spacing(2)
+      real(wp), intent(in) :: spacing(2), scale
       real(wp), allocatable, intent(out) :: place(:, :)
       integer, allocatable, intent(out) :: of(:, :)
       character(len=:), allocatable, intent(inout) :: fault
@@ -154,7 +160,7 @@ contains
          return
       end if
       call read_heights(bytes, height, fault)
-      if (fault == '') call close_up_heights(height, spacing, place, of, fault)
+      if (fault == '') call close_up_heights(height, spacing, scale, place, of, fault)
    end subroutine find_corners
 
    !> Collective: heights that rank 0 reads from an HDF5 file.
@@ -174,8 +180,8 @@ contains
    end subroutine share_heights
 
    !> Corners and triangles of heights, which must be finite and have distances.
-   subroutine close_up_heights(height, spacing, place, of, fault)
-      real(wp), intent(in) :: height(:, :), spacing(2)
+   subroutine close_up_heights(height, spacing, scale, place, of, fault)
+      real(wp), intent(in) :: height(:, :), spacing(2), scale
       real(wp), allocatable, intent(out) :: place(:, :)
       integer, allocatable, intent(out) :: of(:, :)
       character(len=:), allocatable, intent(inout) :: fault
@@ -187,9 +193,23 @@ contains
          fault = 'holds '//to_text(size(height, 1))//' by '//to_text(size(height, 2))// &
                  ' heights; allowed: at least 2 by 2'
       else
-         call close_heights(height, spacing, place, of)
+         call doubt_heights(height, spacing, scale, fault)
+         if (fault == '') call close_heights(height, spacing, place, of)
       end if
    end subroutine close_up_heights
+
+   !> No part of a surface lies in another one, but as a hollow.
+   subroutine check_overlap(triangles, fault)
+      type(triangles_t), intent(in) :: triangles
+      character(len=:), allocatable, intent(inout) :: fault
+      real(wp) :: inside, wrong
+      call look_for_overlap(triangles, inside, wrong)
+      if (wrong <= most_overlap*inside) return
+      fault = 'overlaps itself: of the '//to_text(inside, 3)//' m3 inside it '//to_text(wrong, 3)// &
+              ' m3 are inside twice or in a part that is inside out; allowed: parts that do not cut each '// &
+              'other, and one in another only as a hollow, whose triangles look inwards; '// &
+              'make the union of the parts'
+   end subroutine check_overlap
 
    !> Corners of the file where they are in the scene: scaled (heights upwards alone), turned about x, then y,
    !> then z, and moved.

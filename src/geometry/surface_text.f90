@@ -4,7 +4,7 @@ module m_surface_text
    use, intrinsic :: iso_fortran_env, only: int32, real32
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use m_kinds, only: wp, i8
-   use m_number_text, only: read_real, read_integer, number_good
+   use m_number_text, only: read_real, read_integer, number_good, find_decimal_comma
    use m_text, only: to_text
    use m_words, only: lower_case
    use m_polygons, only: cut_ears
@@ -154,6 +154,19 @@ contains
       if (in_facet /= 0 .or. .not. ended) fault = 'ends within its triangles: the last line must be endsolid'
    end subroutine read_text
 
+   !> A comma parts numbers, and so 1,5 would be two.
+   subroutine refuse_decimal_comma(bytes, lines, fault)
+      character(len=*), intent(in) :: bytes
+      type(lines_t), intent(in) :: lines
+      character(len=:), allocatable, intent(inout) :: fault
+      integer :: at, to
+      associate (line => bytes(lines%first:lines%last))
+         call find_decimal_comma(line, at, to)
+         if (at > 0) fault = 'line '//to_text(lines%line)//': '''//line(at:to)// &
+                             ''' has a decimal comma; allowed: decimal points'
+      end associate
+   end subroutine refuse_decimal_comma
+
    !> The three numbers that follow in a line.
    subroutine read_corner(bytes, lines, corner, fault)
       character(len=*), intent(in) :: bytes
@@ -162,6 +175,8 @@ contains
       character(len=:), allocatable, intent(inout) :: fault
       integer :: k, at, to, status
       corner = 0.0_wp
+      call refuse_decimal_comma(bytes, lines, fault)
+      if (fault /= '') return
       do k = 1, 3
          status = 1
          if (lines%next_word(bytes, at, to)) call read_real(bytes(at:to), corner(k), status)
@@ -267,6 +282,8 @@ contains
       allocate (all_of_them(4096))
       do while (lines%next_line(bytes))
          in_row = 0
+         call refuse_decimal_comma(bytes, lines, fault)
+         if (fault /= '') return
          do while (lines%next_word(bytes, at, to))
             if (bytes(at:at) == '#') exit
             if (n == size(all_of_them)) then

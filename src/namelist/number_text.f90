@@ -5,7 +5,7 @@ module m_number_text
    use m_words, only: lower_case
    implicit none
    private
-   public :: read_real, read_integer, reals_text
+   public :: read_real, read_integer, reals_text, find_decimal_comma
 
    integer, parameter, public :: number_good = 0     !< it is a number
    integer, parameter, public :: number_none = 1     !< it is something else
@@ -13,6 +13,7 @@ module m_number_text
    integer, parameter, public :: number_size = 3     !< too large or too small in size (see largest_exponent)
 
    integer, parameter :: largest_exponent = 100 !< sizes from 1e-100 to 1e100: squares and cubes stay finite
+   character(len=*), parameter :: parts = ' ;'//achar(9)//achar(13) !< letters between numbers, but commas
    integer, parameter :: longest_number = 400        !< characters
 
 contains
@@ -50,6 +51,47 @@ contains
       read (text, *, iostat=status) value
       fault = merge(number_good, number_none, status == 0)
    end subroutine read_real
+
+   !> Find a word such as 1,5 in a line whose numbers other letters part (blanks, tabs, semicolons): there a
+   !> comma is a decimal one. Where it stands in the line; 0 and -1 where there is none.
+   pure subroutine find_decimal_comma(line, at, to)
+      character(len=*), intent(in) :: line
+      integer, intent(out) :: at, to
+      character(len=*), parameter :: digits = '0123456789'
+      integer :: first, length, comma, words
+      at = 0
+      to = -1
+      words = 0
+      if (index(line, ',') == 0) return
+      first = 1
+      do
+         length = verify(line(first:), parts) - 1
+         if (length < 0) exit
+         first = first + length
+         length = scan(line(first:), parts) - 1
+         if (length < 0) length = len(line) - first + 1
+         words = words + 1
+         comma = index(line(first:first + length - 1), ',')
+         if (comma > 0) then
+            comma = first + comma - 1
+            if (comma == first .or. comma >= first + length - 1 &
+                .or. index(line(comma + 1:first + length - 1), ',') > 0) then
+               at = 0 ! a list with commas
+               return
+            end if
+            if (at == 0 .and. scan(line(comma - 1:comma - 1), digits)*scan(line(comma + 1:comma + 1), &
+                                                                         digits) > 0) then
+               at = first
+               to = first + length - 1
+            end if
+         end if
+         first = first + length
+         if (first > len(line)) exit
+      end do
+      if (words > 1) return
+      at = 0
+      to = -1
+   end subroutine find_decimal_comma
 
    !> Step over digits; how many there were.
    pure subroutine read_digits(text, at, count)

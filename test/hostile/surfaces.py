@@ -59,6 +59,16 @@ def flat(t):
     )
 
 
+def boxes(sizes, shift=0.0, turned=1, up=0.0):
+    """Cubes, the second one moved along all axes; with turned=-1 that is a hollow."""
+    corner = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    cube = np.array([corner[[a, *pair]] for a, b, c, d in faces for pair in ((b, c), (c, d))])
+    two = np.concatenate([sizes[0] * cube, (sizes[1] * cube + shift)[:, ::turned]])
+    surfaces.write("made.stl", two + [0, 0, up])
+    return Path("made.stl").read_bytes()
+
+
 nan = bytearray(binary)
 nan[84 + 12 : 84 + 16] = struct.pack("<f", float("nan"))
 infinite = bytearray(binary)
@@ -140,6 +150,33 @@ CASES = {  # name: (content, what the sentence has, what else the tool has)
     ),
     "one row": (b"1 2 3\n", "holds 3 by 1 heights; allowed: at least 2 by 2", "spacing=0.1,0.1, "),
     "changed": (binary, "has been changed: its checksum is ", "checksum='0123456789ABCDEF', "),
+    "decimal commas": (
+        b"0,5\t1,5\t0,5\n" * 3,
+        "line 1: '0,5' has a decimal comma; allowed: decimal points",
+        "spacing=0.1,0.1, ",
+    ),
+    "corners with decimal commas": (
+        ascii_.replace("vertex 0 0 0", "vertex 0,0 0,0 0,0", 1).encode(),
+        "'0,0' has a decimal comma",
+        "",
+    ),
+    "no scale": (
+        b"0 250 0\n250 500 250\n0 250 0\n",
+        "holds heights from 0 to 500, which with scale=1 are 500 m high over 0.2 by 0.2 m; allowed: at most",
+        "spacing=0.1,0.1, ",
+    ),
+    "no value at a place": (
+        b"0 2 0\n1 2 1\n0 2 -9999\n",
+        "holds -9999 at place 3 of row 3 (1 in all), which stands for no value; the others are 0 to 2",
+        "spacing=0.1,0.1, scale=1e-3, ",
+    ),
+    "places and heights": (
+        "".join(f"{0.1 * i} {0.1 * j} {i * j}\n" for j in range(4) for i in range(5)).encode(),
+        "holds lines of three numbers whose first two are places, 5 along x and 4 along y",
+        "spacing=0.1,0.1, ",
+    ),
+    "a box in a box": (boxes((1, 0.5)), "overlaps itself: of the 1 m3 inside it 0.125 m3 are", ""),
+    "boxes that cut each other": (boxes((1, 1), 0.7), "overlaps itself: of the 1.97 m3 inside it", ""),
 }
 turn = [
     (0.2 * (1 + k % 2) * math.cos(0.2 * math.pi * k), 0.2 * (1 + k % 2) * math.sin(0.2 * math.pi * k))
@@ -162,6 +199,41 @@ GOOD = {
     "obj": (waves.encode(), ""),
     "scaled": (binary, "scale=0.5, rotation=0,0,90, "),
     "heights": (heights.encode(), "spacing=0.05,0.05, scale=0.1, rotation=180,0,0, "),
+    "heights with commas": (b"0, 1, 0\n1,2,1\n0,1,0\n", "spacing=0.05,0.05, scale=0.1, rotation=180,0,0, "),
+    "three heights a row": (
+        b"0 0 1\n1 0 1\n2 0 1\n0 1 2\n1 1 1\n3 1 1\n",
+        "spacing=0.05,0.05, rotation=180,0,0, ",
+    ),
+    "a hollow": (boxes((0.2, 0.1), turned=-1, up=0.1), ""),
+    "boxes beside each other": (boxes((0.2, 0.2), 0.3, up=0.1), ""),
+    "a needle": (triangles(lambda t: t * [1e-3, 1e-3, 1.0]), ""),
+}
+GRAINS = """&scene title='grains', end_time=1e-6 /
+&grid lower=0,0,0, upper=1,1,1, cell_size=0.1 /
+&material name='m', model='cubic', density=8960, c11=170e9, c12=124e9, c44=75e9 /
+&body material='m', shape='box', lower=0,0,0, upper=1,1,0.5 /
+&grains file='{file}', {more}lower=0,0,0, upper=1,1,1 /
+"""
+some = np.random.default_rng(1).uniform(size=(8, 6)) * [1, 1, 1, 360, 180, 360]
+
+
+def grains(rows):
+    return "".join(" ".join(f"{x:.9g}" for x in row) + "\n" for row in rows).encode()
+
+
+BAD_GRAINS = {
+    "radians": (grains(np.radians(some[:, 3:])), "no angle is above 6.28 in size", ""),
+    "angles first": (grains(some[:, [3, 4, 5, 0, 1, 2]]), "no angle is above 6.28 in size", ""),
+    "seeds in um": (grains(some * [1e6, 1e6, 1e6, 1, 1, 1]), "the seeds lie from", ""),
+    "all seeds together": (grains(some * [1e-6, 1e-6, 1e-6, 1, 1, 1]), "the seeds lie from", ""),
+    "angles with commas": (grains(some[:, 3:]).replace(b".", b","), "has a decimal comma", ""),
+}
+GOOD_GRAINS = {
+    "degrees": (grains(some[:, 3:]), ""),
+    "small degrees": (grains(some[:, 3:] / 100), "angles='degrees', "),
+    "radians that are said": (grains(np.radians(some[:, 3:])), "angles='radians', "),
+    "places and angles": (grains(some), ""),
+    "numbers with commas": (grains(some).replace(b" ", b", "), ""),
 }
 for name, content in (
     ("h5", np.array([[0, 1, 0], [1, 2, 1], [0, 1, 0]])),
@@ -183,16 +255,26 @@ for name, content in (
         )
 os.mkdir("scenes")
 names, wanted = [], {}
-for cases, status in ((CASES, 2), (GOOD, 0)):
+for cases, status, text in (
+    (CASES, 2, SCENE),
+    (GOOD, 0, SCENE),
+    (BAD_GRAINS, 2, GRAINS),
+    (GOOD_GRAINS, 0, GRAINS),
+):
     for name, (content, *rest) in cases.items():
         stem = name.replace(" ", "_")
         Path(f"{stem}.surface").write_bytes(content)
-        Path(f"scenes/{stem}.nml").write_text(SCENE.format(file=f"{stem}.surface", more=rest[-1]))
+        Path(f"scenes/{stem}.nml").write_text(text.format(file=f"{stem}.surface", more=rest[-1]))
         names.append(f"scenes/{stem}.nml")
         wanted[names[-1]] = (name, status, rest[0] if status else "")
 Path("scenes/directory.nml").write_text(SCENE.format(file="scenes", more=""))
 names.append("scenes/directory.nml")
 wanted[names[-1]] = ("a directory", 2, "is a directory")
+os.mkfifo("pipe")
+for stem, text in (("pipe", SCENE), ("pipe_of_grains", GRAINS)):
+    Path(f"scenes/{stem}.nml").write_text(text.format(file="pipe", more=""))
+    names.append(f"scenes/{stem}.nml")
+    wanted[names[-1]] = ("a pipe", 2, "is a pipe or a device")
 for ranks in (1, 2):
     before = sorted(os.listdir("."))
     done = subprocess.run(["mpirun", "-n", str(ranks), sys.argv[1], *names], capture_output=True, text=True)
@@ -212,7 +294,7 @@ for ranks in (1, 2):
                 status == "2"
                 and len(lines) == 1
                 and sentence in lines[0]
-                and lines[0].startswith("line 5, &tool file="),
+                and lines[0].startswith(("line 5, &tool file=", "line 5, &grains file=")),
                 why,
             )
     judge("nothing is written", sorted(os.listdir(".")) == before, str(os.listdir(".")))
