@@ -22,7 +22,6 @@ module m_closing_summary
    type :: course_t
       integer(i8) :: particles = 0       !< when the program began
       integer(i8) :: steps = 0           !< that the program has taken, repeated ones too
-      real(wp) :: momentum(3) = 0.0_wp   !< when the program began, kg m/s
       character(len=:), allocatable :: stop_reason !< why the run ends before the scene does; empty: it does
                                                    !< not
       real(wp) :: early_elapsed = 0.0_wp !< wall-clock time when the last tenth of the scene began, s; 0
@@ -70,7 +69,7 @@ contains
       call say_expectation(facts, console, model, expectation, model%time >= scene%end_time &
                            .and. .not. error%happened())
       call say_work(facts, scene, model, course, cost%particle_steps)
-      call say_conservation(facts, scene, model, balance, course)
+      call say_conservation(facts, scene, model, balance)
       call say_work_done(facts, scene, model, balance)
       call warn_of_balance(facts, scene, balance)
       call say_effects(facts, model, balance)
@@ -212,12 +211,11 @@ contains
    end subroutine say_placings
 
    !> Collective: energy, momentum, mass.
-   subroutine say_conservation(facts, scene, model, balance, course)
+   subroutine say_conservation(facts, scene, model, balance)
       type(facts_t), intent(inout) :: facts
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
       type(balance_t), intent(in) :: balance
-      type(course_t), intent(in) :: course
       type(sums_t) :: sums
       character(len=:), allocatable :: text
       real(wp) :: change(3), impulse(3), mass, scale
@@ -227,7 +225,7 @@ contains
                      si(balance%largest, 'J')//percent(balance%worst, balance%largest))
       call facts%note('energy_balance_error_J', to_text(balance%worst))
       call facts%note('largest_energy_J', to_text(balance%largest))
-      change = sums%momentum - course%momentum
+      change = sums%momentum - balance%start%momentum
       impulse = 0.0_wp
       do t = 1, size(model%contact%states)
          impulse = impulse + model%contact%states(t)%impulse

@@ -19,7 +19,7 @@ module m_simulation
    use m_time_step, only: longest_step, check_time_step
    use m_guard, only: guard_t
    use m_domain_range, only: domain_range_t
-   use m_energy, only: balance_t, sums_t, measure
+   use m_energy, only: balance_t
    use m_recorder, only: recorder_t
    use m_checkpoint, only: run_facts_t
    use m_keeper, only: keeper_t, asks_end_lost
@@ -74,7 +74,6 @@ contains
    subroutine initialise(self)
       class(simulation_t), intent(inout) :: self
       type(resumed_t) :: before
-      type(sums_t) :: sums
       self%course%stop_reason = ''
       call self%communicator%start()
       call self%console%start(self%communicator)
@@ -102,8 +101,6 @@ contains
       call self%integrator%start(self%scene, self%model)
       call self%range%start(self%scene)
       self%course%particles = self%communicator%sum_count(self%model%particle_count())
-      sums = measure(self%model)
-      self%course%momentum = sums%momentum
       ! later, particles may be faster
       if (.not. before%happened) call check_time_step(self%scene, self%model, self%error)
       if (self%error%happened()) return

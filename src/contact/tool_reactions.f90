@@ -25,7 +25,7 @@ module m_tool_reactions
                                            !< own, since the start, J
       real(wp) :: particle_work = 0.0_wp !< done on the particles by their own motion since the start, J: work
                                          !< less heat
-      real(wp) :: impulse(3) = 0.0_wp   !< given to the bodies since the program began, N s
+      real(wp) :: impulse(3) = 0.0_wp   !< given to the bodies since the start, N s
    contains
       procedure :: book
    end type tool_state_t

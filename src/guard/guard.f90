@@ -1,8 +1,8 @@
 !> Guards a run: looks whether the state after a step can be trusted, keeps a copy of the last one that could,
 !> and where a step has met a fault goes back to it and takes smaller steps (doc/developer/theory.md, Guard).
 !>
-!> What every step and level looks at by itself (particle_step, contact): positions and stresses that are
-!> numbers, volumes above 0, ways of at most half a cell, contact problems that are solved. Here: the time
+!> What each level's step checks by itself (g2p_stage and stress_stage, contact): positions and stresses that
+!> are numbers, volumes above 0, ways of at most half a cell, contact problems that are solved. Here: the time
 !> step after each step, and every so many steps, and before anything is written, all fields of all particles
 !> and the balance of energy.
 module m_guard
@@ -287,7 +287,7 @@ contains
    subroutine save(self, model, balance, written)
       class(guard_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
-      type(balance_t), intent(in) :: balance
+      type(balance_t), intent(inout) :: balance
       logical, intent(in) :: written
       if (.not. self%saves .or. self%looked /= model%step) return
       if (.not. written) then

@@ -13,12 +13,12 @@ module m_checkpoint_file
    use m_filesystem, only: path_t, list_files, is_directory, rename_file, remove_file, sync_file
    use m_part_file, only: part_name
    use m_text, only: to_text
+   use m_state, only: state_format
    implicit none
    private
    public :: checkpoint_name, seal_checkpoint, find_checkpoint, remove_checkpoints, remove_parts
 
    integer, parameter, public :: seal_length = 512
-   integer, parameter, public :: checkpoint_format = 9
 
    integer, parameter :: digits_of_step = 12
    character(len=*), parameter :: any_checkpoint = 'checkpoint_'//repeat('[0-9]', digits_of_step)//'.h5'
@@ -66,7 +66,7 @@ contains
          open (newunit=unit, file=part_name(path), access='stream', form='unformatted', action='readwrite', &
                status='old', iostat=status, iomsg=reason)
          if (status == 0) write (unit, pos=1, iostat=status, iomsg=reason) &
-            seal_text(to_text(checkpoint_format), program_version, bytes - seal_length, digits)
+            seal_text(to_text(state_format), program_version, bytes - seal_length, digits)
          if (status == 0) close (unit, iostat=status, iomsg=reason)
          if (status /= 0) call fail(error, exit_files, 'cannot write '//path//': '//trim(reason))
          if (status == 0) then
@@ -159,10 +159,10 @@ contains
          fault = 'is damaged'
          return
       end if
-      if (value_of(seal, 'format') /= to_text(checkpoint_format)) then
+      if (value_of(seal, 'format') /= to_text(state_format)) then
          call fail(error, exit_input, 'cannot go on from '//path//': it has the format '// &
                    value_of(seal, 'format')//' of gimp3d '//value_of(seal, 'program')//'; this is gimp3d '// &
-                   program_version//', which reads format '//to_text(checkpoint_format))
+                   program_version//', which reads format '//to_text(state_format))
          return
       end if
       bytes = size_of(communicator, path)

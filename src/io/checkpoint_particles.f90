@@ -8,7 +8,7 @@ module m_checkpoint_particles
    use m_model, only: model_t
    use m_restore, only: block_table_t, bounds_width
    use m_snapshot, only: file_layout_t
-   use m_state_store, only: some_rows
+   use m_file_store, only: some_rows
    use m_hdf5_file, only: hdf5_file_t, rows_of_real, rows_of_long
    use m_hdf5_reader, only: hdf5_reader_t
    implicit none

@@ -8,22 +8,20 @@ module m_restore
    use m_cell_list, only: bins
    use m_placement, only: work_of, choose_owners
    use m_decomposition, only: set_owners, all_owners, blocks_before
-   use m_region, only: unpack_region
    use m_model, only: model_t
+   use m_state, only: block_reals, block_state, set_block_state, set_regions
    implicit none
    private
    public :: take_blocks, restore_blocks, check_particles
 
-   integer, parameter, public :: table_width = 5, bounds_width = 13
+   integer, parameter, public :: table_width = 5, bounds_width = block_reals
 
    !> All blocks of all levels that exist, a row each: rank by rank, and there by level and index, as
    !> particles stand in a file.
    type, public :: block_table_t
       integer(i8), allocatable :: table(:, :) !< level, index, particles, rank, rows of particles before:
                                               !< (table_width, blocks)
-      real(wp), allocatable :: bounds(:, :) !< lowest and highest place of centres, m; work booked by kinds,
-                                            !< loss booked, J; run_breaks on average; particles that have
-                                            !< arrived; disorder
+      real(wp), allocatable :: bounds(:, :)   !< as block_state has it: (bounds_width, blocks)
       integer :: first = 0                    !< row of this rank's first block
       integer :: own = 0                      !< this rank's rows
       integer(i8) :: particles = 0            !< of all ranks
@@ -72,11 +70,7 @@ contains
       do l = 1, size(model%levels)
          do b = 1, size(model%levels(l)%blocks)
             n = n + 1
-            associate (block => model%levels(l)%blocks(b))
-               blocks%bounds(:, n) = [block%lowest, block%highest, model%effect_step(l)%booked(block%index), &
-                                      model%lost_in_merging(blocks_before(model%levels, l) + block%index), &
-                                      block%mean_breaks, real(block%run_breaks, wp), block%disorder]
-            end associate
+            blocks%bounds(:, n) = block_state(model, l, b)
          end do
       end do
    end subroutine take_blocks
@@ -118,15 +112,8 @@ contains
          associate (block => model%levels(l)%blocks(b))
             call block%reserve(max(1, int(blocks%table(3, n))), model%levels(l)%table%columns)
             block%particles%count = int(blocks%table(3, n))
-            block%lowest = blocks%bounds(1:3, n)
-            block%highest = blocks%bounds(4:6, n)
-            call model%effect_step(l)%book(block%index, blocks%bounds(7:9, n))
-            model%lost_in_merging(blocks_before(model%levels, l) + block%index) = blocks%bounds(10, n)
-            block%mean_breaks = blocks%bounds(11, n)
-            block%run_breaks = -1 ! not what a run writes
-            if (abs(blocks%bounds(12, n)) <= huge(1)) block%run_breaks = nint(blocks%bounds(12, n))
-            block%disorder = blocks%bounds(13, n)
          end associate
+         call set_block_state(model, l, b, blocks%bounds(:, n))
       end do
       do l = 1, size(model%levels)
          call model%levels(l)%size_work()
@@ -176,15 +163,9 @@ contains
       type(model_t), intent(inout) :: model
       integer(i8), intent(in) :: regions(:)
       type(error_t), intent(inout) :: error
-      integer :: l, next
       logical :: good
-      next = 1
-      good = .true.
-      do l = 2, size(model%levels)
-         if (good) call unpack_region(model%levels(l)%grid, regions, next, model%levels(l)%region, good)
-      end do
-      if (.not. good .or. next <= size(regions)) &
-         call fail(error, exit_files, 'its levels are not those of its scene')
+      call set_regions(model, regions, good)
+      if (.not. good) call fail(error, exit_files, 'its levels are not those of its scene')
    end subroutine restore_regions
 
    !> Collective: what has been read of the particles can be computed with: bins, bodies, places.

@@ -159,11 +159,11 @@ shutil.rmtree("damaged")
 
 # another format; another scene's tables under a good seal
 older, newer = fresh("format")
-reseal(newer, 10)
+reseal(newer, FORMAT + 1)
 refused(
     "another format",
     2,
-    r"has the format 10 of gimp3d [0-9.]+; this is gimp3d [0-9.]+, which reads format 9$",
+    rf"has the format {FORMAT + 1} of gimp3d [0-9.]+; this is gimp3d [0-9.]+, which reads format {FORMAT}$",
     restart="format",
 )
 

@@ -16,6 +16,8 @@ from runs import everything
 
 GIMP3D = os.environ["GIMP3D"]
 failures = 0
+STATE = Path(__file__).resolve().parents[2] / "src/model/state.f90"
+FORMAT = int(re.search(r"state_format = (\d+)", STATE.read_text()).group(1))
 
 LEVELS = """
 &scene title='free block, two levels', end_time={end} /
@@ -268,7 +270,7 @@ def checksum_of_file(data):
     return f"{b:08X}{a:08X}"
 
 
-def reseal(path, format_number=9):
+def reseal(path, format_number=FORMAT):
     """Give a file that was changed a good seal again."""
     data = Path(path).read_bytes()
     body = data[SEAL:]

@@ -1,10 +1,10 @@
-!> Numbers of a run that are no particles, to a checkpoint or from one by the same calls: what writes them
-!> reads them too.
-module m_state_store
+!> The state of a run in a checkpoint file: tables that rank 0 writes and all ranks read.
+module m_file_store
    use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
+   use m_state_store, only: state_store_t
    use m_snapshot, only: file_layout_t
    use m_hdf5_file, only: hdf5_file_t, rows_of_real, rows_of_long
    use m_hdf5_reader, only: hdf5_reader_t
@@ -12,34 +12,20 @@ module m_state_store
    private
    public :: some_rows
 
-   !> Where numbers go to, or come from.
-   type, public :: store_t
-      logical :: writes = .false.
+   type, extends(state_store_t), public :: file_store_t
       type(communicator_t) :: communicator
       type(hdf5_file_t) :: output
       type(hdf5_reader_t) :: input
    contains
-      generic :: reals => reals_list, reals_table
-      generic :: longs => longs_list, longs_table
-      procedure, private :: reals_list, reals_table, longs_list, longs_table, move
-   end type store_t
+      procedure :: reals_table => move_reals
+      procedure :: longs_table => move_longs
+      procedure, private :: move
+   end type file_store_t
 
 contains
 
-   !> Collective: numbers that all ranks have: written by rank 0, or read by all.
-   subroutine reals_list(self, name, values, error)
-      class(store_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
-      real(wp), intent(inout) :: values(:)
-      type(error_t), intent(inout) :: error
-      real(wp) :: rows(1, size(values))
-      rows(1, :) = values
-      call self%reals_table(name, rows, error)
-      values = rows(1, :)
-   end subroutine reals_list
-
-   subroutine reals_table(self, name, values, error)
-      class(store_t), intent(inout) :: self
+   subroutine move_reals(self, name, values, error)
+      class(file_store_t), intent(inout) :: self
       character(len=*), intent(in) :: name
       real(wp), intent(inout) :: values(:, :)
       type(error_t), intent(inout) :: error
@@ -47,21 +33,10 @@ contains
       allocate (numbers, source=values)
       call self%move(name, rows_of_real, shape(values), c_loc(numbers), error)
       if (.not. error%happened()) values = numbers
-   end subroutine reals_table
+   end subroutine move_reals
 
-   subroutine longs_list(self, name, values, error)
-      class(store_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
-      integer(i8), intent(inout) :: values(:)
-      type(error_t), intent(inout) :: error
-      integer(i8) :: rows(1, size(values))
-      rows(1, :) = values
-      call self%longs_table(name, rows, error)
-      values = rows(1, :)
-   end subroutine longs_list
-
-   subroutine longs_table(self, name, values, error)
-      class(store_t), intent(inout) :: self
+   subroutine move_longs(self, name, values, error)
+      class(file_store_t), intent(inout) :: self
       character(len=*), intent(in) :: name
       integer(i8), intent(inout) :: values(:, :)
       type(error_t), intent(inout) :: error
@@ -69,10 +44,10 @@ contains
       allocate (numbers, source=values)
       call self%move(name, rows_of_long, shape(values), c_loc(numbers), error)
       if (.not. error%happened()) values = numbers
-   end subroutine longs_table
+   end subroutine move_longs
 
    subroutine move(self, name, kind, extent, numbers, error)
-      class(store_t), intent(inout) :: self
+      class(file_store_t), intent(inout) :: self
       character(len=*), intent(in) :: name
       integer, intent(in) :: kind, extent(2)
       type(c_ptr), intent(in) :: numbers
@@ -93,4 +68,4 @@ contains
       allocate (layout%count(merge(1, 0, rows > 0)), source=rows)
    end function some_rows
 
-end module m_state_store
+end module m_file_store

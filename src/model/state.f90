@@ -1,0 +1,265 @@
+!> The state of a run, described once. Checkpoints and the guard's copy keep what is named here, and nothing
+!> else but the particles' columns: what a step reads and cannot compute anew is added to its type and here
+!> (doc/developer/files.md has the tables), and `state_format` rises.
+!>
+!> Not of the state: what a run has counted and timed, which a roll-back does not take back.
+module m_state
+   use m_kinds, only: wp, i8
+   use m_errors, only: error_t
+   use m_decomposition, only: blocks_before
+   use m_region, only: unpack_region
+   use m_tool, only: tool_t
+   use m_tool_reactions, only: tool_state_t
+   use m_body_pairs, only: body_pairs_t
+   use m_pair_reactions, only: state_reals
+   use m_model, only: model_t
+   use m_energy, only: balance_t, sums_t
+   use m_state_store, only: state_store_t
+   implicit none
+   private
+   public :: describe_state, block_state, set_block_state, regions_of, set_regions
+
+   integer, parameter, public :: state_format = 10 !< of checkpoints
+   integer, parameter, public :: block_reals = 13  !< of each block
+   integer, parameter :: sums = 12
+
+contains
+
+   !> Collective: all that is neither particles nor blocks, to the store or from it. All ranks have the same.
+   subroutine describe_state(store, model, balance, error)
+      class(state_store_t), intent(inout) :: store
+      type(model_t), intent(inout) :: model
+      type(balance_t), intent(inout) :: balance
+      type(error_t), intent(inout) :: error
+      integer(i8) :: counts(5)
+      real(wp) :: clock(5), next(1)
+      real(wp), allocatable :: works(:, :)
+      associate (comm => model%communicator)
+         counts = [model%step, model%moves, comm%sum_count(model%merges), comm%sum_count(model%splits), &
+                   model%contact%unsolved_in_row]
+         call store%longs('/state/counts', counts, error)
+         model%step = counts(1)
+         model%moves = counts(2)
+         model%merges = merge(counts(3), 0_i8, comm%is_root())
+         model%splits = merge(counts(4), 0_i8, comm%is_root())
+         model%contact%unsolved_in_row = counts(5)
+      end associate
+      clock = [model%time, model%bounds%wave_speed, model%bounds%particle_speed, model%lost, model%last_step]
+      call store%reals('/state/clock', clock, error)
+      model%time = clock(1)
+      model%bounds%wave_speed = clock(2)
+      model%bounds%particle_speed = clock(3)
+      model%lost = clock(4)
+      model%last_step = clock(5)
+      if (model%has_statics) then
+         next = model%static_step
+         call store%reals('/state/static_step', next, error)
+         model%static_step = next(1)
+      end if
+      call describe_balance(store, balance, error)
+      allocate (works(4, size(model%levels)))
+      works(1, :) = model%effect_step%external_work
+      works(2, :) = model%effect_step%damped
+      works(3, :) = model%effect_step%particle_work
+      works(4, :) = model%effect_step%ahead_work
+      call store%reals('/state/effects', works, error)
+      model%effect_step%external_work = works(1, :)
+      model%effect_step%damped = works(2, :)
+      model%effect_step%particle_work = works(3, :)
+      model%effect_step%ahead_work = works(4, :)
+      if (model%follows_groups()) then
+         if (.not. allocated(model%first_centres)) &
+            allocate (model%first_centres(3, model%levels(1)%grid%fields))
+         call store%reals('/state/centres', model%first_centres, error)
+      end if
+      if (model%contact%active()) call describe_contact(store, model, error)
+   end subroutine describe_state
+
+   subroutine describe_balance(store, balance, error)
+      class(state_store_t), intent(inout) :: store
+      type(balance_t), intent(inout) :: balance
+      type(error_t), intent(inout) :: error
+      real(wp) :: start(sums), now(sums), rest(9)
+      start = plain(balance%start)
+      now = plain(balance%now)
+      rest = [balance%external_work, balance%damped, balance%driven, balance%largest, balance%worst, &
+              balance%effects_apart, balance%tools_apart, balance%worst_of_effects, balance%worst_of_tools]
+      call store%reals('/state/balance_start', start, error)
+      call store%reals('/state/balance_now', now, error)
+      call store%reals('/state/balance', rest, error)
+      balance = balance_t(sums_from(start), sums_from(now), rest(1), rest(2), rest(3), rest(4), rest(5), &
+                          rest(6), rest(7), rest(8), rest(9))
+   end subroutine describe_balance
+
+   pure function plain(of) result(values)
+      type(sums_t), intent(in) :: of
+      real(wp) :: values(sums)
+      values = [of%mass, of%kinetic, of%strain, of%plastic, of%momentum, of%angular_momentum, &
+                of%dissipated, of%potential]
+   end function plain
+
+   pure type(sums_t) function sums_from(v)
+      real(wp), intent(in) :: v(sums)
+      sums_from = sums_t(v(1), v(2), v(3), v(4), v(5:7), v(8:10), v(11), v(12))
+   end function sums_from
+
+   !> What contact keeps from step to step, besides its fields of particles.
+   subroutine describe_contact(store, model, error)
+      class(state_store_t), intent(inout) :: store
+      type(model_t), intent(inout) :: model
+      type(error_t), intent(inout) :: error
+      real(wp) :: worst(5)
+      associate (contact => model%contact)
+         call describe_tools(store, contact%tools, contact%states, error)
+         call describe_freedoms(store, contact%tools, error)
+         call describe_pairs(store, contact%pairs, error)
+         worst = [contact%worst_residual, contact%worst_overlap, &
+                  model%communicator%maximum(contact%worst_bridge), contact%friction%steepest, &
+                  model%communicator%maximum(contact%candidates%drift)]
+         call store%reals('/state/contact', worst, error)
+         contact%worst_residual = worst(1)
+         contact%worst_overlap = worst(2)
+         contact%worst_bridge = worst(3)
+         contact%friction%steepest = worst(4)
+         contact%candidates%drift = worst(5)
+      end associate
+   end subroutine describe_contact
+
+   subroutine describe_tools(store, tools, states, error)
+      class(state_store_t), intent(inout) :: store
+      type(tool_t), intent(inout) :: tools(:)
+      type(tool_state_t), intent(inout) :: states(:)
+      type(error_t), intent(inout) :: error
+      real(wp) :: values(16, max(1, size(tools))) ! a row even where bodies meet alone
+      integer :: t
+      values = 0.0_wp
+      do t = 1, size(tools)
+         associate (freedom => tools(t)%freedoms(1), state => states(t))
+            values(:, t) = [freedom%travel, freedom%speed, state%load, state%moment, state%overlap, &
+                            state%work, state%heat, state%constraint_work, state%particle_work, &
+                            state%impulse]
+         end associate
+      end do
+      call store%reals('/state/tools', values, error)
+      do t = 1, size(tools)
+         associate (freedom => tools(t)%freedoms(1), v => values(:, t))
+            freedom%travel = v(1)
+            freedom%speed = v(2)
+            states(t) = tool_state_t(v(3:5), v(6:8), v(9), v(10), v(11), v(12), v(13), v(14:16))
+         end associate
+      end do
+   end subroutine describe_tools
+
+   !> The degrees of freedom that &motion gives to tools, and where turns have brought them. A scene without
+   !> &motion has no rows of these.
+   subroutine describe_freedoms(store, tools, error)
+      class(state_store_t), intent(inout) :: store
+      type(tool_t), intent(inout) :: tools(:)
+      type(error_t), intent(inout) :: error
+      real(wp), allocatable :: turned(:, :), freedoms(:, :)
+      integer :: k, n, t
+      n = sum([(size(tools(t)%freedoms) - 1, t=1, size(tools))])
+      if (n > 0) then
+         allocate (turned(7, size(tools)), freedoms(5, n))
+         n = 0
+         do t = 1, size(tools)
+            turned(:, t) = [tools(t)%aside, tools(t)%orientation]
+            do k = 2, size(tools(t)%freedoms)
+               n = n + 1
+               associate (freedom => tools(t)%freedoms(k))
+                  freedoms(:, n) = [freedom%travel, freedom%speed, freedom%aside]
+               end associate
+            end do
+         end do
+         call store%reals('/state/tools_turned', turned, error)
+         call store%reals('/state/tools_freedoms', freedoms, error)
+         n = 0
+         do t = 1, size(tools)
+            tools(t)%aside = turned(:3, t)
+            tools(t)%orientation = turned(4:, t)
+            do k = 2, size(tools(t)%freedoms)
+               n = n + 1
+               associate (freedom => tools(t)%freedoms(k))
+                  freedom%travel = freedoms(1, n)
+                  freedom%speed = freedoms(2, n)
+                  freedom%aside = freedoms(3:, n)
+               end associate
+            end do
+         end do
+      end if
+      if (store%writes) return
+      do t = 1, size(tools)
+         call tools(t)%settle()
+      end do
+   end subroutine describe_freedoms
+
+   !> The sums of each pair of contact groups, and its largest overlap. A scene without groups has no rows of
+   !> these.
+   subroutine describe_pairs(store, pairs, error)
+      class(state_store_t), intent(inout) :: store
+      type(body_pairs_t), intent(inout) :: pairs
+      type(error_t), intent(inout) :: error
+      real(wp) :: values(state_reals + 1, size(pairs%states))
+      if (.not. pairs%active()) return
+      values(:state_reals, :) = reshape(transfer(pairs%states, [0.0_wp]), [state_reals, size(pairs%states)])
+      values(state_reals + 1, :) = pairs%overlap
+      call store%reals('/state/pairs', values, error)
+      pairs%states = transfer(values(:state_reals, :), pairs%states)
+      pairs%overlap = values(state_reals + 1, :)
+   end subroutine describe_pairs
+
+   !> What a block keeps besides its particles: lowest and highest place of their centres, m; work booked by
+   !> kinds, loss booked, J; run breaks on average and of the last step; disorder.
+   pure function block_state(model, l, b) result(values)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l, b !< level, own block
+      real(wp) :: values(block_reals)
+      associate (block => model%levels(l)%blocks(b))
+         values = [block%lowest, block%highest, model%effect_step(l)%booked(block%index), &
+                   model%lost_in_merging(blocks_before(model%levels, l) + block%index), &
+                   block%mean_breaks, real(block%run_breaks, wp), block%disorder]
+      end associate
+   end function block_state
+
+   subroutine set_block_state(model, l, b, values)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b !< level, own block
+      real(wp), intent(in) :: values(block_reals)
+      associate (block => model%levels(l)%blocks(b))
+         block%lowest = values(1:3)
+         block%highest = values(4:6)
+         call model%effect_step(l)%book(block%index, values(7:9))
+         model%lost_in_merging(blocks_before(model%levels, l) + block%index) = values(10)
+         block%mean_breaks = values(11)
+         block%run_breaks = -1 ! not what a run writes
+         if (abs(values(12)) <= huge(1)) block%run_breaks = nint(values(12))
+         block%disorder = values(13)
+      end associate
+   end subroutine set_block_state
+
+   !> The regions of levels 2 and on, packed, one after the other.
+   pure function regions_of(model) result(regions)
+      type(model_t), intent(in) :: model
+      integer(i8), allocatable :: regions(:)
+      integer :: l
+      allocate (regions(0))
+      do l = 2, size(model%levels)
+         regions = [regions, model%levels(l)%region%packed()]
+      end do
+   end function regions_of
+
+   !> Give the levels such regions; `good` is false where they are none of these grids.
+   subroutine set_regions(model, regions, good)
+      type(model_t), intent(inout) :: model
+      integer(i8), intent(in) :: regions(:)
+      logical, intent(out) :: good
+      integer :: l, next
+      next = 1
+      good = .true.
+      do l = 2, size(model%levels)
+         if (good) call unpack_region(model%levels(l)%grid, regions, next, model%levels(l)%region, good)
+      end do
+      good = good .and. next > size(regions)
+   end subroutine set_regions
+
+end module m_state
