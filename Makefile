@@ -182,7 +182,9 @@ deps:
 needed:
 	@HDF5_INC='$(HDF5_INC)' HDF5_LIB='$(HDF5_LIB)' METIS_INC='$(METIS_INC)' PYTHON='$(PYTHON)' sh tools/deps --look
 
-# PYTHON=path takes a Python that already has what post/requirements.txt lists; without it, one is set up under build/venv.
+# PYTHON=path takes a Python that already has what post/pyproject.toml names; without it, one is set up under build/venv.
+export PYTHONPATH := $(CURDIR)/post:$(CURDIR)/test/regression:$(CURDIR)/test/stability
+post = $(python) -m gimp3d
 ifeq ($(PYTHON),)
 python := build/venv/bin/python
 venv: build/venv/complete
@@ -193,14 +195,14 @@ venv:
 	@:
 endif
 
-## venv        the Python packages of post/requirements.txt, in build/venv
-build/venv/complete: post/requirements.txt
-	@[ '$(SETUP)' != no ] || { echo "SETUP=no, and build/venv is not there: say PYTHON=/path/to/python, of a Python that has $<"; exit 1; }
+## venv        the Python packages that post/pyproject.toml names, in build/venv, with the package gimp3d itself
+build/venv/complete: post/pyproject.toml
+	@[ '$(SETUP)' != no ] || { echo "SETUP=no, and build/venv is not there: say PYTHON=/path/to/python, of a Python that has what $< names"; exit 1; }
 	@echo "  venv     build/venv (numpy, scipy, h5py, matplotlib, vtk)"
 	@mkdir -p build && rm -rf build/venv
-	@python3 -m venv build/venv && build/venv/bin/python -m pip install --quiet --disable-pip-version-check -r $< || { \
+	@python3 -m venv build/venv && build/venv/bin/python -m pip install --quiet --disable-pip-version-check -e post || { \
 	   rm -rf build/venv; \
-	   echo "The Python packages could not be installed. With a Python that has them ($<), type: make PYTHON=/path/to/python ..."; \
+	   echo "The Python packages could not be installed. With a Python that has them (dependencies of $<), type: make PYTHON=/path/to/python ..."; \
 	   exit 1; }
 	@touch $@
 
@@ -226,18 +228,20 @@ INSTALL ?= install
 installed_program = $(DESTDIR)$(PREFIX)/bin/gimp3d
 installed_data = $(DESTDIR)$(PREFIX)/share/gimp3d
 
-## install     the program to PREFIX/bin (PREFIX=/usr/local), scripts, scenes and documents to PREFIX/share/gimp3d; DESTDIR for packages
+## install     gimp3d and gimp3d-post to PREFIX/bin (PREFIX=/usr/local), the Python package, scenes and documents to PREFIX/share/gimp3d; DESTDIR for packages
 install: gimp3d
 	$(INSTALL) -d $(dir $(installed_program))
 	$(INSTALL) -m 755 $(program) $(installed_program)
-	@for file in README.md CHANGELOG.md CITATION.cff LICENSE post/*.py post/*.css post/*.js post/requirements.txt \
+	@for file in README.md CHANGELOG.md CITATION.cff LICENSE post/pyproject.toml post/gimp3d/*.py post/gimp3d/*.css post/gimp3d/*.js \
 	   $$(find doc input test/references tools/vumat -name '*.md' -o -name '*.inc' -o -name '*.INC' -o -name '*.f' -o -name '*.c' -o -name '*.png' -o -name '*.nml' -o -name '*.toml' -o -name '*.csv' -o -name '*.json'); do \
 	   $(INSTALL) -d "$(installed_data)/$${file%/*}" && $(INSTALL) -m 644 "$$file" "$(installed_data)/$$file" || exit 1; done
-	@echo "  install  $(installed_program), $(installed_data)"
+	@printf '#!/bin/sh\nPYTHONPATH=%s exec "$${PYTHON:-python3}" -m gimp3d "$$@"\n' '$(PREFIX)/share/gimp3d/post$${PYTHONPATH:+:$$PYTHONPATH}' \
+	   > $(installed_program)-post && chmod 755 $(installed_program)-post
+	@echo "  install  $(installed_program), $(installed_program)-post, $(installed_data)"
 
 ## uninstall   remove what install put under PREFIX
 uninstall:
-	rm -f $(installed_program)
+	rm -f $(installed_program) $(installed_program)-post
 	rm -rf $(installed_data)
 
 # ---- use ------------------------------------------------------------------------------------------------------------------------
@@ -317,14 +321,14 @@ map:
 plots:
 	@[ -n "$(RUN)" ] || { echo "Say which run: make plots RUN=out/cone"; exit 1; }
 	@$(MAKE) --no-print-directory venv
-	@$(python) post/plots.py $(PLOT_OPTIONS) "$(RUN)"
-	@[ ! -f "$(RUN)/particles.hdf.series" ] || $(python) post/tool_surface.py "$(RUN)"
+	@$(post) plots $(PLOT_OPTIONS) "$(RUN)"
+	@[ ! -f "$(RUN)/particles.hdf.series" ] || $(post) tool_surface "$(RUN)"
 
 ## hardness    RUN=directory: hardness, modulus, pile-up of an indentation (doc/user/hardness.md); TOOL=name, OPTIONS="--beta 1.034"
 hardness:
 	@[ -n "$(RUN)" ] || { echo "Say which run: make hardness RUN=out/indenter"; exit 1; }
 	@$(MAKE) --no-print-directory venv
-	@$(python) post/hardness.py $(TOOL:%=--tool %) $(OPTIONS) "$(RUN)"
+	@$(post) hardness $(TOOL:%=--tool %) $(OPTIONS) "$(RUN)"
 
 # A user's law is compiled as its owner wrote it: old Fortran, doubles where `vaba_param.inc` says so, lines of up to 132.
 vumat_flags_fortran = -O2 -march=$(ARCH) -std=legacy -w -ffixed-line-length-132 -ffree-line-length-none -Itools/vumat
@@ -341,15 +345,16 @@ vumat:
 error_bar:
 	@[ -n "$(RUNS)" ] || { echo 'Say which runs: make error_bar RUNS="out/cone out/cone_coarse"'; exit 2; }
 	@$(MAKE) --no-print-directory venv
-	@$(python) post/error_bar.py $(TOOL:%=--tool %) $(RUNS)
+	@$(post) error_bar $(TOOL:%=--tool %) $(RUNS)
 
 ## paraview    RUN=directory: its scene for ParaView (paraview.pvsm) and a picture of that; opened where there is a display.
 ##             PARAVIEW_OPTIONS=--frames: a picture of every snapshot
 paraview:
 	@[ -n "$(RUN)" ] || { echo "Say which run: make paraview RUN=out/cone"; exit 1; }
 	@command -v pvpython > /dev/null || { echo "ParaView is not there: apt-get install paraview python3-paraview"; exit 1; }
-	@[ ! -x $(venv)/bin/python ] || $(python) post/tool_surface.py "$(RUN)"
-	@$$([ "$$DISPLAY" ] || ! command -v xvfb-run > /dev/null || echo xvfb-run -a) pvpython post/paraview_scene.py $(PARAVIEW_OPTIONS) "$(RUN)"
+	@$(MAKE) --no-print-directory venv
+	@$(post) tool_surface "$(RUN)"
+	@$(post) paraview $(PARAVIEW_OPTIONS) "$(RUN)"
 	@[ -z "$$DISPLAY" ] || ! command -v paraview > /dev/null || paraview "$(RUN)/paraview.pvsm"
 
 ## pole_figure RUN=directory: the texture of its crystals, RUN/pole_figure.png, and how much lies near copper, brass, S, Goss, cube;
@@ -357,14 +362,14 @@ paraview:
 pole_figure:
 	@[ -n "$(RUN)" ] || { echo "Say which run: make pole_figure RUN=out/texture"; exit 2; }
 	@$(MAKE) --no-print-directory venv
-	@$(python) post/pole_figure.py $(POLE_OPTIONS) "$(RUN)"
+	@$(post) pole_figure $(POLE_OPTIONS) "$(RUN)"
 
 ## study       SCENE=input/hertz.nml: what its accuracy costs (doc/user/accuracy_cost.md); QUANTITY=load, BUDGET=300 (s), STUDY_OPTIONS
 study:
 	@[ -n "$(SCENE)" ] || { echo "Say which scene: make study SCENE=input/hertz.nml QUANTITY=load"; exit 1; }
 	$(look)
 	@$(MAKE) --no-print-directory $(jobs) tests TESTS=study
-	@$(mpi) $(python) post/study.py --build $(build) $(QUANTITY:%=--quantity %) $(BUDGET:%=--budget %) $(STUDY_OPTIONS) $(SCENE)
+	@$(mpi) $(post) study --build $(build) $(QUANTITY:%=--quantity %) $(BUDGET:%=--budget %) $(STUDY_OPTIONS) $(SCENE)
 
 ## solve       SCENE=input/hertz.nml QUANTITY=load ERROR=1 BUDGET=600: the cheapest settings that have an error (%), their time and
 ##             memory first, the run, and the error that was reached (doc/user/accuracy_cost.md); HALF_SPACE=1: a finite body is an
@@ -373,7 +378,7 @@ solve:
 	@[ -n "$(SCENE)" ] && [ -n "$(ERROR)" ] || { echo "Say which scene and error: make solve SCENE=input/hertz.nml QUANTITY=load ERROR=1"; exit 2; }
 	$(look)
 	@$(MAKE) --no-print-directory $(jobs)
-	@$(mpi) $(python) post/solve.py --error $(ERROR) $(QUANTITY:%=--quantity %) $(BUDGET:%=--budget %) \
+	@$(mpi) $(post) solve --error $(ERROR) $(QUANTITY:%=--quantity %) $(BUDGET:%=--budget %) \
 	   $(if $(filter-out 0,$(HALF_SPACE)),--half-space) \
 	   $(if $(filter file,$(origin RANKS)),,--ranks $(RANKS)) $(SOLVE_OPTIONS) $(SCENE)
 
@@ -381,20 +386,20 @@ solve:
 report:
 	@[ -n "$(RUN)" ] || { echo "Say which run: make report RUN=out/cone"; exit 2; }
 	@$(MAKE) --no-print-directory venv
-	@$(python) post/report.py $(REPORT_OPTIONS) "$(RUN)"
+	@$(post) report $(REPORT_OPTIONS) "$(RUN)"
 
 ## gallery     a page of all shipped scenes with their reports, out/gallery/index.html; SCENES="cone demo" runs these, on RANKS=1
 gallery:
 	$(look)
 	@$(MAKE) --no-print-directory $(jobs) gimp3d
-	@$(mpi) $(python) post/gallery.py --ranks $(RANKS) $(GALLERY_OPTIONS) $(SCENES)
+	@$(mpi) $(post) gallery --ranks $(RANKS) $(GALLERY_OPTIONS) $(SCENES)
 
 ## benchmarks  the book of benchmarks (doc/user/benchmarks.md): published and exact numbers beside ours, on 2 ranks if RANKS is not
 ##             said; CASES="B1 B7" these only, GRIDS=coarse (or fine), BENCHMARK_OPTIONS=--list what has been run
 benchmarks:
 	$(look)
 	@$(MAKE) --no-print-directory $(jobs) gimp3d
-	@$(mpi) $(python) post/benchmarks.py $(if $(filter file,$(origin RANKS)),,--ranks $(RANKS)) $(if $(GRIDS),--grids "$(GRIDS)") \
+	@$(mpi) $(post) benchmarks $(if $(filter file,$(origin RANKS)),,--ranks $(RANKS)) $(if $(GRIDS),--grids "$(GRIDS)") \
 	   $(BENCHMARK_OPTIONS) $(CASES)
 
 ## api         pages of every module, type and procedure, from the comments of src: build/api/index.html

@@ -1,11 +1,11 @@
 """A rigid sphere pressed into a film on a base twice as soft, beside the exact integral equation
-(post/layered.py; the family of B8 of the book of benchmarks): film and base of one velocity field, bonded to
+(post/gimp3d/layered.py; the family of B8 of the book of benchmarks): film and base of one velocity field, bonded to
 each other as two contact groups, and free to slide on each other. The base is two films deep and bonded to a
 rigid bottom; the block ends far from the contact. Lengths in cells."""
 
 from meeting import *
 
-from layered import Layers
+from gimp3d.layered import Layers
 
 # a/t at the end; radius of the sphere and depth of the base in films
 POISSON, CONTACT, RADIUS, DEEP = 0.3, 0.5, 5.0, 2.0

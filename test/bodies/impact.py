@@ -5,7 +5,6 @@ import csv
 
 from meeting import *
 
-sys.path.insert(0, str(ROOT / "test/references/impact"))
 from sphere import figures
 
 

@@ -14,8 +14,7 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "post"), str(ROOT / "test/regression")]
-from run_data import History, Particles
+from gimp3d.run_data import History, Particles
 from runs import check, finish, require
 
 YOUNG, DENSITY = 1e9, 1000.0  # Pa, kg/m3

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "regression"))
 from runs import History, finish, require
 
 EDGE, SPEED, WAVE = 0.4, 1.0, 31.6  # m, m/s, m/s

@@ -8,7 +8,7 @@ for domain in fixed stretch corners; do
    echo "&time domain='$domain' /" >>$domain.nml
    run_scene 2 $domain.nml || { cat run_2.log; fail "$domain"; }
 done
-PYTHONPATH=$ROOT/test/regression "$PYTHON" - <<'END'
+"$PYTHON" - <<'END'
 from runs import *
 
 loads = {}

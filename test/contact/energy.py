@@ -13,8 +13,7 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "post"), str(ROOT / "test/regression")]
-from run_data import History
+from gimp3d.run_data import History
 from runs import check, finish, require
 
 YIELD = 500e6  # Pa

@@ -9,7 +9,7 @@ for domain in fixed corners; do
    run_scene 1 $domain.nml $domain.log || { cat $domain.log; fail "$domain"; }
    grep -q '^guard: no retries' $domain.log || fail "$domain: $(grep '^retry' $domain.log)"
 done
-PYTHONPATH=$ROOT/test/regression "$PYTHON" - <<'END'
+"$PYTHON" - <<'END'
 from runs import *
 fixed, corners = (energy(name).columns for name in ("fixed", "corners"))
 half = len(corners["strain"]) // 2

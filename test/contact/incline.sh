@@ -11,7 +11,7 @@ for name in slides stays; do
    run_scene 1 $name.nml || { cat run_1.log; fail "$name"; }
    grep -q '^guard: no retries' run_1.log || fail "$name: a contact problem was not solved: $(grep '^retry' run_1.log)"
 done
-PYTHONPATH=$ROOT/test/regression "$PYTHON" - <<'END'
+"$PYTHON" - <<'END'
 import math
 from runs import *
 

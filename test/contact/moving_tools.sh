@@ -4,4 +4,4 @@
 # are where they should be.
 #test: limit 180
 . "$(dirname "$0")/../harness/env.sh"
-PYTHONPATH=$ROOT/test/regression "$PYTHON" "$ROOT/test/contact/moving_tools.py"
+"$PYTHON" "$ROOT/test/contact/moving_tools.py"

@@ -36,7 +36,7 @@ for name in on_plane above below middle at_plane squeezed; do
    run_scene 1 $name.nml || { cat run_1.log; fail "$name"; }
    cp run_1.log $name.log
 done
-PYTHONPATH=$ROOT/test/regression "$PYTHON" - <<'END'
+"$PYTHON" - <<'END'
 import re
 import h5py
 from runs import *

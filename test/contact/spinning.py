@@ -10,9 +10,8 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "post"), str(ROOT / "test/regression"), str(ROOT / "test/verification")]
-import surfaces
-from run_data import History
+from gimp3d import surfaces
+from gimp3d.run_data import History
 from run_scene import run
 from runs import check, finish, require, snapshots
 

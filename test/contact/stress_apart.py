@@ -3,11 +3,9 @@ energy as with 'usl', energy kept, on one rank and on two. Without the tool in t
 off under a given speed, 22 % under a load, and the strain energy 3 and 6 %. What is left with 'usf' is of
 first order in the time step."""
 
-import os
 import sys
 from pathlib import Path
 
-sys.path[:0] = [str(Path(__file__).resolve().parents[1] / "verification")]
 from run_scene import run, History
 
 SCENE = """&scene title='pressed', end_time=0.2 /

@@ -11,10 +11,9 @@ import numpy as np
 from scipy.optimize import nnls
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "post"), str(ROOT / "test/regression"), str(ROOT / "test/verification")]
-import surfaces
-import tool_surface
-from run_data import History, read_namelists
+from gimp3d import surfaces
+from gimp3d import tool_surface
+from gimp3d.run_data import History, read_namelists
 from run_scene import run
 from runs import check, finish, require
 
@@ -142,9 +141,7 @@ require(
     "a rod in the wall of a die is refused",
     "the tool die starts inside the body rod on line 4 and reaches about 0.37 m into it" in said,
 )
-done = subprocess.run(
-    [sys.executable, str(ROOT / "post/plots.py"), "ball_file"], capture_output=True, text=True
-)
+done = subprocess.run([sys.executable, "-m", "gimp3d", "plots", "ball_file"], capture_output=True, text=True)
 require(
     "plots.py draws a run with a tool from a file",
     done.returncode == 0 and Path("ball_file/section.png").is_file(),

@@ -18,7 +18,7 @@ END
    run_scene 2 t.nml || { cat run_2.log; fail "tolerance $tolerance"; }
    cp run_2.log $tolerance.log
 done
-PYTHONPATH=$ROOT/test/regression "$PYTHON" - <<'END'
+"$PYTHON" - <<'END'
 import re
 from runs import *
 

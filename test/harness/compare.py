@@ -23,8 +23,7 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "post"))
-from run_data import History, Particles, Unreadable
+from gimp3d.run_data import History, Particles, Unreadable
 
 
 def sorted_fields(particles, path):

@@ -4,7 +4,7 @@
 #   GIMP3D     the program of the build under test
 #   BUILD_DIR  where that build stands (absolute)
 #   WORK       an empty directory of this script's own, and the current directory from here on
-#   PYTHON     a Python with the packages of post/requirements.txt
+#   PYTHON     a Python with the packages that post/pyproject.toml names
 #   RANKS      the numbers of ranks to try (mpirun takes 2 s to end when a program exits nonzero: run "$GIMP3D" by itself on 1)
 # and the procedures below. A script that exits 0 passed. Its limits stand in comment lines, as in the test programs:
 #   #test: limit 120      seconds (60 when nothing is said; five times as many in the debug build)
@@ -21,6 +21,11 @@ WORK=${WORK:-$BUILD_DIR/test/work/$(basename "$(dirname "$0")")-$(basename "$0" 
 
 . "$ROOT/test/harness/mpi.sh"
 export BUILD PYTHON GIMP3D
+
+# what Python finds: the package, and the modules that tests of other folders share (a script's own folder comes first)
+PYTHONPATH=$ROOT/post
+for folder in regression verification stability restart bodies references/impact report; do PYTHONPATH=$PYTHONPATH:$ROOT/test/$folder; done
+export PYTHONPATH
 
 rm -rf "$WORK"
 mkdir -p "$WORK"

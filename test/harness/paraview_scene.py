@@ -1,4 +1,4 @@
-"""The scene that post/paraview_scene.py makes of a run of paraview_scene.nml: what it draws, at each
+"""The scene that post/gimp3d/paraview_scene.py makes of a run of paraview_scene.nml: what it draws, at each
 snapshot, against formulas.
 
 pvpython paraview_scene.py RUN...
@@ -14,8 +14,7 @@ import numpy as np
 from paraview import simple
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-sys.path[0] = str(Path(__file__).resolve().parents[2] / "post")
-import paraview_scene
+from gimp3d import paraview_scene
 
 # of the tools at a time, m (no `min` here: programmable filters put another in its place)
 TRAVEL = {

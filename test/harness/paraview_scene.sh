@@ -1,7 +1,7 @@
 #!/bin/bash
 #test: long
 #test: limit 600
-# The scene of post/paraview_scene.py for runs with all shapes of tools, levels, and each kind of particle domains: every surface
+# The scene of post/gimp3d/paraview_scene.py for runs with all shapes of tools, levels, and each kind of particle domains: every surface
 # where formulas have it, at each snapshot; the pictures; a state that shows the same when it is loaded. Needs ParaView.
 . "$(dirname "$0")/../harness/env.sh"
 
@@ -10,7 +10,7 @@ if ! command -v pvpython >/dev/null; then
    exit 0
 fi
 check() { pvpython "$ROOT/test/harness/paraview_scene.py" "$@" >check.log 2>&1; }
-scene() { pvpython "$ROOT/post/paraview_scene.py" "$@" >scene.log 2>&1; }
+scene() { pvpython "$ROOT/post/gimp3d/paraview_scene.py" "$@" >scene.log 2>&1; }
 refused() { # refused WORDS ARGUMENT...: status 2 and one sentence
    local words=$1 status=0
    shift
@@ -50,7 +50,7 @@ refused 'no such directory' absent
 refused 'not written a snapshot yet' empty
 if ! python3 -c 'import paraview' 2>/dev/null; then
    status=0
-   python3 "$ROOT/post/paraview_scene.py" corners >scene.log 2>&1 || status=$?
+   python3 -m gimp3d.paraview_scene corners >scene.log 2>&1 || status=$?
    [ $status -eq 2 ] && grep -q pvpython scene.log || fail 'another Python does not say what it lacks'
 fi
 if [ -z "${DISPLAY:-}" ]; then

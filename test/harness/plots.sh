@@ -5,7 +5,7 @@
 # The pictures of fabricated runs whose load is the theory's: the curves must lie on it, for the whole, half and quarter body.
 . "$(dirname "$0")/../harness/env.sh"
 
-plots() { "$PYTHON" "$ROOT/post/plots.py" "$@" >out.log 2>&1; }
+plots() { "$PYTHON" -m gimp3d plots "$@" >out.log 2>&1; }
 
 png() { # png FILE: a whole picture of some size
    [ "$(head -c 8 "$1" | od -An -tx1 | tr -d ' \n')" = 89504e470d0a1a0a ] && [ "$(wc -c <"$1")" -gt 10000 ] ||

@@ -14,7 +14,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "restart"))
 import restarts
 
 GIMP3D = os.environ["GIMP3D"]

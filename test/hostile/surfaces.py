@@ -13,8 +13,7 @@ import h5py
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "post"))
-import surfaces
+from gimp3d import surfaces
 
 SCENE = """&scene title='a surface', end_time=1e-6 /
 &grid lower=0,0,0, upper=1,1,1, cell_size=0.1 /

@@ -13,17 +13,16 @@ from pathlib import Path
 import numpy as np
 
 ROOT, WORK = Path(sys.argv[1]), Path(sys.argv[2])
-sys.path.insert(0, str(ROOT / "post"))
-import anisotropic
-import benchmark_cases as cases
-import benchmark_measures as measures
-import benchmarks
-import half_space
-import hardness as hardness_of_runs
-import indentation
-from benchmark_scenes import Motion, plane_modulus, poisson, power_law, young
-from layered import Layers, base_compliance, compliance, stiffening
-from scene_text import Scene
+from gimp3d import anisotropic
+from gimp3d import benchmark_cases as cases
+from gimp3d import benchmark_measures as measures
+from gimp3d import benchmarks
+from gimp3d import half_space
+from gimp3d import hardness as hardness_of_runs
+from gimp3d import indentation
+from gimp3d.benchmark_scenes import Motion, plane_modulus, poisson, power_law, young
+from gimp3d.layered import Layers, base_compliance, compliance, stiffening
+from gimp3d.scene_text import Scene
 
 faults = []
 
@@ -40,7 +39,7 @@ def near(a, b, tolerance):
 
 tables = cases.references
 
-# ---- layers: post/layered.py beside numbers of another program ----
+# ---- layers: post/gimp3d/layered.py beside numbers of another program ----
 
 table = tables["layer_on_rigid_base"]
 worst = 0.0

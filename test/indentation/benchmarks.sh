@@ -14,9 +14,9 @@ refused() { # WORD COMMAND...: status 2 and one sentence that has the word
    "$@" >said 2>&1 || status=$?
    [ $status -eq 2 ] && [ "$(wc -l <said)" -eq 1 ] && grep -q "$word" said || { cat said; fail "status $status: $*"; }
 }
-refused 'no such case' "$PYTHON" "$ROOT/post/benchmarks.py" --document document.md --no-run B99
-refused 'coarse and fine' "$PYTHON" "$ROOT/post/benchmarks.py" --document document.md --grids rough --no-run B1
-refused 'no such program' "$PYTHON" "$ROOT/post/benchmarks.py" --document document.md --program ./none B10
+refused 'no such case' "$PYTHON" -m gimp3d benchmarks --document document.md --no-run B99
+refused 'coarse and fine' "$PYTHON" -m gimp3d benchmarks --document document.md --grids rough --no-run B1
+refused 'no such program' "$PYTHON" -m gimp3d benchmarks --document document.md --program ./none B10
 echo 'no place' >empty.md
-refused 'has no lines' "$PYTHON" "$ROOT/post/benchmarks.py" --document empty.md --no-run B10
+refused 'has no lines' "$PYTHON" -m gimp3d benchmarks --document empty.md --no-run B10
 [ "$(cat empty.md)" = 'no place' ] || fail 'a document without a place for tables was written to'

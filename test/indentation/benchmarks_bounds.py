@@ -4,9 +4,8 @@ import json
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "post"))
-import benchmark_cases
-import benchmark_table
+from gimp3d import benchmark_cases
+from gimp3d import benchmark_table
 
 # per cent, work ratio absolute: about one and a half times what was measured
 bounds = {

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "post"))
-from run_data import Particles
+from gimp3d.run_data import Particles
 
 MIDDLE = np.array([6.0, 6.0, 10.0])  # of the contact, um
 RINGS = [(1.5, 1.9), (1.9, 2.3), (2.3, 2.7)]  # um from the axis, beyond the contact's radius of 1.5 um

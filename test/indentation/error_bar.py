@@ -1,4 +1,4 @@
-"""post/error_bar.py on made-up answers. usage: error_bar.py ROOT WORK
+"""post/gimp3d/error_bar.py on made-up answers. usage: error_bar.py ROOT WORK
 
 The hardness on cells h is 2 GPa + c h^p: on two grids of any ratio the error of first order is exact for p =
 1, on three it is 1.25 times the true one for the p that they show."""
@@ -11,8 +11,7 @@ import sys
 from pathlib import Path
 
 ROOT, WORK = Path(sys.argv[1]), Path(sys.argv[2])
-sys.path.insert(0, str(ROOT / "post"))
-import error_bar
+from gimp3d import error_bar
 
 faults = []
 scene = """&scene title='{title}', end_time={end} /

@@ -1,4 +1,4 @@
-"""post/hardness.py on fabricated runs. usage: hardness.py ROOT WORK
+"""post/gimp3d/hardness.py on fabricated runs. usage: hardness.py ROOT WORK
 
 A cone of 70.3 degrees goes 200 nm into a block, P = C h^2, and comes back along a (h - h_f)^m. The contact
 has a radius of 1.1 h tan: the surface piles up to 0.1 h and falls off outside as a wedge does.
@@ -16,10 +16,9 @@ import h5py
 import numpy as np
 
 ROOT, WORK = Path(sys.argv[1]), Path(sys.argv[2])
-sys.path.insert(0, str(ROOT / "post"))
-import hardness
-import imprint
-import oliver_pharr as op
+from gimp3d import hardness
+from gimp3d import imprint
+from gimp3d import oliver_pharr as op
 
 angle, young, poisson, top = math.radians(70.3), 70e9, 0.3, 4e-6
 deepest, final, exponent, load = 200e-9, 175e-9, 1.4, 2e-3

@@ -1,4 +1,4 @@
-"""contact_area of post/imprint.py on surfaces that are made up. usage: imprint.py ROOT
+"""contact_area of post/gimp3d/imprint.py on surfaces that are made up. usage: imprint.py ROOT
 
 A pyramid touches as far as a(angle) across its faces, further in the middle of a face than at an edge; beyond
 that a gap opens as a wedge. The area within is integrated.
@@ -6,12 +6,10 @@ that a gap opens as a wedge. The area within is integrated.
 
 import math
 import sys
-from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(sys.argv[1]) / "post"))
-import imprint
+from gimp3d import imprint
 
 faults = []
 

@@ -6,5 +6,5 @@
 # cells a third of it: bounds are wide (indenter_long.sh has the shipped scene).
 . "$(dirname "$0")/../harness/env.sh"
 run_scene 1 "$ROOT/test/indentation/indenter.nml" || { tail -n 5 run_1.log; fail 'the scene'; }
-"$PYTHON" "$ROOT/post/hardness.py" out/small || fail 'make hardness'
+"$PYTHON" -m gimp3d hardness out/small || fail 'make hardness'
 "$PYTHON" "$ROOT/test/indentation/indenter.py" out/small/hardness.json 6 12 0.05 15

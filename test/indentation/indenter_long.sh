@@ -4,5 +4,5 @@
 # input/indenter.nml: `make hardness` beside finite elements (doc/user/hardness.md).
 . "$(dirname "$0")/../harness/env.sh"
 run_scene 2 "$ROOT/input/indenter.nml" || { tail -n 5 run_2.log; fail 'the scene'; }
-"$PYTHON" "$ROOT/post/hardness.py" out/indenter || fail 'make hardness'
+"$PYTHON" -m gimp3d hardness out/indenter || fail 'make hardness'
 "$PYTHON" "$ROOT/test/indentation/indenter.py" out/indenter/hardness.json 3 6 0.025 4

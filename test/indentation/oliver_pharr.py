@@ -1,4 +1,4 @@
-"""post/oliver_pharr.py with published numbers and made-up curves. usage: oliver_pharr.py ROOT"""
+"""post/gimp3d/oliver_pharr.py with published numbers and made-up curves. usage: oliver_pharr.py ROOT"""
 
 import math
 import sys
@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(sys.argv[1])
-sys.path.insert(0, str(ROOT / "post"))
-import oliver_pharr as op
+from gimp3d import oliver_pharr as op
 
 faults = []
 

@@ -25,10 +25,9 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "post"), str(ROOT / "test/stability")]
 from hard_case import surroundings
 from random_scenes import faults_on_disk
-from run_data import History, Unreadable
+from gimp3d.run_data import History, Unreadable
 from scenes import CELL, EDGE, Scene
 
 LIMIT = 60 * (5 if os.environ.get("BUILD") == "debug" else 1) * float(os.environ.get("SLOWER", 1))  # s

@@ -13,7 +13,6 @@ import numpy
 from paraview import servermanager, simple
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from made_up import STEPS, SYMMETRIC, in_file_order, levels, particles, time_of
 
 XDMF = ("Xdmf3ReaderS", "Xdmf3ReaderT", "XDMFReader")

@@ -16,9 +16,8 @@ import numpy
 import vtk
 from vtk.util.numpy_support import vtk_to_numpy
 
-sys.path.insert(0, os.path.join(os.path.dirname(__file__), "..", "..", "post"))
 from made_up import STEPS, in_file_order, levels, names_of, particles, time_of, unit_of
-from run_data import Particles
+from gimp3d.run_data import Particles
 
 TECPLOT = ["X(m)", "Y(m)", "Z(m)", "id [-]"] + [
     f"{part} [{unit_of(name) or '-'}]" for name in particles(0)[3] for part in names_of(name)

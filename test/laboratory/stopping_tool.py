@@ -18,9 +18,8 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "post"))
-from benchmark_scenes import Motion, power_law, words
-from run_data import History
+from gimp3d.benchmark_scenes import Motion, power_law, words
+from gimp3d.run_data import History
 
 YIELD = 100e6  # Pa
 WIDE, HIGH = 1300e-9, 900e-9  # m

@@ -23,7 +23,7 @@ for scene in same_bits same_bits_levels; do
       run_scene 4 scene.nml || { cat run_4.log; fail "$scene, $folder"; }
    done
 done
-PYTHONPATH=$ROOT/test/regression "$PYTHON" -c "
+"$PYTHON" -c "
 from runs import *
 for scene in ('same_bits', 'same_bits_levels'):
     same_bits(f'{scene}_$mode', f'{scene}_${mode}_coarray')

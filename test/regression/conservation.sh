@@ -13,7 +13,7 @@ for scene in free_flight spin; do
    wait
 done
 [ ! -e failed ] || fail 'a run'
-PYTHONPATH=$scenes "$PYTHON" - <<'END'
+"$PYTHON" - <<'END'
 import numpy as np
 from runs import *
 

@@ -6,7 +6,6 @@
 # was called for, the test effects_free must fail.
 . "$(dirname "$0")/../harness/env.sh"
 unset MAKEFLAGS MFLAGS MAKELEVEL MAKEOVERRIDES
-export PYTHONPATH=$ROOT/test/regression
 mkdir -p tree/build/"$BUILD"/obj
 cp -a "$ROOT/src" "$ROOT/tools" "$ROOT/Makefile" tree/
 [ ! -e "$ROOT/config.mk" ] || cp -a "$ROOT/config.mk" tree/

@@ -19,7 +19,7 @@ for n in 1 2 4; do
    if ls -A ranks_$n | grep '\.part'; then fail "a partial file was left on $n ranks"; fi
 done
 cmp sentence_1 sentence_2 && cmp sentence_1 sentence_4 || fail 'the ranks name different particles'
-PYTHONPATH=$scenes "$PYTHON" - <<'END'
+"$PYTHON" - <<'END'
 from runs import *
 
 for ranks in (1, 2, 4):

@@ -7,8 +7,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "post"))
-from run_data import History, Particles
+from gimp3d.run_data import History, Particles
 
 failures = 0
 

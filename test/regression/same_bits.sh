@@ -27,7 +27,7 @@ for n in 1 $COMPARED; do
    sed "s:'out':'mirrors_$n':" "$scenes/same_bits_mirrors.nml" >scene.nml
    run_scene $n scene.nml || { cat run_$n.log; fail "between mirrors on $n ranks"; }
 done
-PYTHONPATH=$scenes "$PYTHON" - <<'END'
+"$PYTHON" - <<'END'
 import os
 
 from runs import *

@@ -21,7 +21,7 @@ try moving "s/upper=2.1,1.8,1.6 /upper=2.1,1.8,1.6, criterion='stress', max_cell
    "&anti_locking /"
 try corners "s/domain='fixed'/domain='corners'/; s/end_time=0.2/end_time=0.1/" \
    "&gravity acceleration=0.5,-1,-2 / &damping kind='local', coefficient=0.1 / &anti_locking /"
-PYTHONPATH=$scenes "$PYTHON" - <<'END'
+"$PYTHON" - <<'END'
 from runs import *
 
 for name in ("plain", "lockstep", "moving", "corners"):

@@ -26,4 +26,4 @@ run_scene 2 levels.nml levels.log || fail "levels: $(tail -n 3 levels.log)"
 sed "s/'free', end/'fallen', end/; s/directory='free'/directory='fallen'/" free.nml >fallen.nml
 echo "&gravity acceleration=0,0,-9.81 /" >>fallen.nml
 run_scene 2 fallen.nml fallen.log || fail "fallen: $(tail -n 3 fallen.log)"
-PYTHONPATH=$ROOT/post "$PYTHON" "$ROOT/test/regression/worth.py"
+"$PYTHON" "$ROOT/test/regression/worth.py"

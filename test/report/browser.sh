@@ -17,6 +17,6 @@ mkdir scenes
 cp "$here/hostile.nml" scenes/hostile.nml
 sed "s:'out':'fault':" "$ROOT/test/regression/leaving.nml" >scenes/leaving.nml
 status=0
-"$PYTHON" "$ROOT/post/gallery.py" --scenes scenes --output gallery --program "$GIMP3D" >gallery.log 2>&1 || status=$?
+"$PYTHON" -m gimp3d gallery --scenes scenes --output gallery --program "$GIMP3D" >gallery.log 2>&1 || status=$?
 [ $status -eq 1 ] || { cat gallery.log; fail "status $status of a gallery with a scene that fails"; }
-PYTHONPATH=$here "$PYTHON" "$here/opened.py" "$chromium"
+"$PYTHON" "$here/opened.py" "$chromium"

@@ -1,12 +1,10 @@
 """Pole figures of made-up orientations. usage: pole_figure.py ROOT"""
 
 import sys
-from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(sys.argv[1]) / "post"))
-import pole_figure as pf
+from gimp3d import pole_figure as pf
 
 faults = []
 

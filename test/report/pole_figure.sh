@@ -12,6 +12,6 @@ refused() { # WORD COMMAND...: status 2 and one sentence that has the word
    [ $status -eq 2 ] && [ "$(wc -l <said)" -eq 1 ] && grep -q "$word" said || { cat said; fail "status $status: $*"; }
 }
 mkdir empty
-refused 'snapshots' "$PYTHON" "$ROOT/post/pole_figure.py" empty
-refused 'three digits' "$PYTHON" "$ROOT/post/pole_figure.py" --pole 11 empty
-refused 'two axes' "$PYTHON" "$ROOT/post/pole_figure.py" --rolling z empty
+refused 'snapshots' "$PYTHON" -m gimp3d pole_figure empty
+refused 'three digits' "$PYTHON" -m gimp3d pole_figure --pole 11 empty
+refused 'two axes' "$PYTHON" -m gimp3d pole_figure --rolling z empty

@@ -5,14 +5,13 @@ import sys
 from pathlib import Path
 
 project = Path(sys.argv[1])
-sys.path[:0] = [str(project / "post"), str(Path(__file__).parent)]
 
 import numpy as np
 from page import Page
-from report_charts import chosen_rows, most_rows
-from report_worth import judge
-from run_data import History, Particles
-from run_log import RunLog
+from gimp3d.report_charts import chosen_rows, most_rows
+from gimp3d.report_worth import judge
+from gimp3d.run_data import History, Particles
+from gimp3d.run_log import RunLog
 
 failed = 0
 
@@ -324,8 +323,8 @@ def verdicts():
 def rows_and_surface():
     """Long histories keep their peaks; a surface seen from above is the highest particle of each place."""
     from types import SimpleNamespace
-    import plots
-    from report_pictures import Surface
+    from gimp3d import plots
+    from gimp3d.report_pictures import Surface
 
     values = np.sin(np.linspace(0, 50, 100000))
     values[54321] = 7.0

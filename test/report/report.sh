@@ -1,12 +1,12 @@
 #!/bin/bash
 #test: beside
 #test: limit 120
-# The page of a run (post/report.py), taken apart without a browser: every picture is there and whole, the numbers are the run's, texts
+# The page of a run (post/gimp3d/report.py), taken apart without a browser: every picture is there and whole, the numbers are the run's, texts
 # stand as they are, and what a run lacks is said. browser.sh opens the same pages.
 . "$(dirname "$0")/../harness/env.sh"
 here=$ROOT/test/report
 
-report() { "$PYTHON" "$ROOT/post/report.py" "$@" >report.log 2>&1; }
+report() { "$PYTHON" -m gimp3d report "$@" >report.log 2>&1; }
 
 "$GIMP3D" <"$here/hostile.nml" >run.log 2>&1 || { cat run.log; fail 'the run'; }
 copy() { # copy NAME: the run without its page
@@ -63,8 +63,8 @@ done
 # the reader of pages must see what is wrong
 plant() { # plant FAULT SED
    sed "$2" run/report.html >planted.html
-   if "$PYTHON" -c 'import sys; sys.path.insert(0, sys.argv[1]); from page import Page; sys.exit("; ".join(Page("planted.html").faults))' \
-      "$here" 2>planted.log; then fail "not noticed: $1"; fi
+   if "$PYTHON" -c 'import sys; from page import Page; sys.exit("; ".join(Page("planted.html").faults))' \
+      2>planted.log; then fail "not noticed: $1"; fi
    grep -q -- "$1" planted.log || { cat planted.log; fail "not noticed in these words: $1"; }
 }
 plant 'is none' 's/iVBORw0KGgo[^"]\{200\}/iVBORw0KGgo/'

@@ -2,7 +2,7 @@
 
 import h5py
 from restarts import *
-from run_data import History
+from gimp3d.run_data import History
 
 END = 0.015
 CRYSTAL = """

@@ -5,4 +5,4 @@
 # A polycrystal that spins and flows, on two levels, is split and changes blocks and levels: the same bits on 1, 2 and 4 ranks and after
 # a restart; its energy is kept; grains of one orientation are one crystal, to the bit.
 . "$(dirname "$0")/../harness/env.sh"
-PYTHONPATH=$ROOT/test/restart exec "$PYTHON" "$ROOT/test/restart/crystal.py"
+exec "$PYTHON" "$ROOT/test/restart/crystal.py"

@@ -16,7 +16,7 @@ whole() { # whole DIRECTORY: a run goes on from it
    "$GIMP3D" <<<"$(sed "s:&scene:\\&scene restart='$1',:; s:'OUT':'$1':; s:every_steps=10:wall_limit=0.01:" <<<"$scene")" >again.log 2>&1
    [ $? = 5 ] && grep -q '^goes on ' again.log
 }
-scene=$(PYTHONPATH=$ROOT/test/restart "$PYTHON" -c "
+scene=$("$PYTHON" -c "
 from restarts import *
 print(scene(PLASTIC, 'OUT', 'every_steps=10', end=1000, every=0))")
 

@@ -3,4 +3,4 @@
 #test: limit 240
 # 20 times kill -9 at random moments, each time the run is taken up again: the same bits in the end.
 . "$(dirname "$0")/../harness/env.sh"
-PYTHONPATH=$ROOT/test/restart exec "$PYTHON" "$ROOT/test/restart/kills.py" 20
+exec "$PYTHON" "$ROOT/test/restart/kills.py" 20

@@ -3,4 +3,4 @@
 #test: long
 # 100 times kill -9 at random moments, on 1 and 2 ranks in turn.
 . "$(dirname "$0")/../harness/env.sh"
-PYTHONPATH=$ROOT/test/restart exec "$PYTHON" "$ROOT/test/restart/kills.py" 100 2
+exec "$PYTHON" "$ROOT/test/restart/kills.py" 100 2

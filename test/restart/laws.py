@@ -3,11 +3,9 @@
 import os
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "test/verification"), str(ROOT / "test/regression"), str(ROOT / "post")]
 from run_scene import run
 from runs import finish, require, same_bits, snapshots
 

@@ -3,4 +3,4 @@
 #test: limit 240
 # Two runs do not write to one output directory; the lock of a dead one is taken over; a run that has ended is left alone (lock.py).
 . "$(dirname "$0")/../harness/env.sh"
-PYTHONPATH=$ROOT/test/restart exec "$PYTHON" "$ROOT/test/restart/lock.py"
+exec "$PYTHON" "$ROOT/test/restart/lock.py"

@@ -2,4 +2,4 @@
 #test: limit 240
 # Whoever is killed while it opens a file leaves a lock of that name on the machine: later runs do not wait for it.
 . "$(dirname "$0")/../harness/env.sh"
-PYTHONPATH=$ROOT/test/restart exec "$PYTHON" "$ROOT/test/restart/locked.py"
+exec "$PYTHON" "$ROOT/test/restart/locked.py"

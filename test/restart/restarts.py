@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "regression"))
 from runs import everything
 
 GIMP3D = os.environ["GIMP3D"]

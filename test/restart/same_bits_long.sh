@@ -4,4 +4,4 @@
 #test: limit 240
 # As same_bits.sh, also plastic flow with pressure and damping, blocks at rest, and levels that follow a tool and the error.
 . "$(dirname "$0")/../harness/env.sh"
-PYTHONPATH=$ROOT/test/restart exec "$PYTHON" "$ROOT/test/restart/same_bits.py" long
+exec "$PYTHON" "$ROOT/test/restart/same_bits.py" long

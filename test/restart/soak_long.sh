@@ -3,4 +3,4 @@
 #test: limit 900
 #test: long
 . "$(dirname "$0")/../harness/env.sh"
-PYTHONPATH=$ROOT/test/restart "$PYTHON" "$ROOT/test/restart/soak.py" 100000 2
+"$PYTHON" "$ROOT/test/restart/soak.py" 100000 2

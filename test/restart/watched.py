@@ -1,9 +1,8 @@
 """A run that goes on, and one that was killed, is read and drawn: its histories by numpy.loadtxt, its
-pictures by post/plots.py."""
+pictures by post/gimp3d/plots.py."""
 
 from restarts import *
 
-PLOTS = Path(__file__).resolve().parents[2] / "post/plots.py"
 PICTURES = ("load_depth.png", "section.png", "energy.png")
 run_text = scene(CONTACT, "watched", "every_steps=50", end=500, every=0.01, history=0.001)
 run_text = run_text.replace("&output", "&probe name='p', position=0.1,0.1,0.5 /\n&output").replace(
@@ -18,7 +17,9 @@ def read(name):
 def draw(what):
     for picture in PICTURES:
         Path("watched", picture).unlink(missing_ok=True)
-    done = subprocess.run([sys.executable, str(PLOTS), "watched"], capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-m", "gimp3d", "plots", "watched"], capture_output=True, text=True
+    )
     missing = [picture for picture in PICTURES if not Path("watched", picture).exists()]
     require(
         f"{what}: pictures: status {done.returncode} {done.stderr[-200:]} {missing}",

@@ -3,4 +3,4 @@
 #test: limit 240
 # A run that goes on, or was killed, can be read and drawn (watched.py).
 . "$(dirname "$0")/../harness/env.sh"
-PYTHONPATH=$ROOT/test/restart exec "$PYTHON" "$ROOT/test/restart/watched.py"
+exec "$PYTHON" "$ROOT/test/restart/watched.py"

@@ -11,7 +11,7 @@ import numpy as np
 
 from restarts import LEVELS, CONTACT, MOVING, SPLITTING, GIMP3D, require, finish, said
 import runs
-from run_data import History
+from gimp3d.run_data import History
 
 PLANTED = os.environ["PLANTED"]
 FLY = """

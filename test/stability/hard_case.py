@@ -8,7 +8,6 @@ import os
 import re
 import shutil
 import subprocess
-import sys
 import tempfile
 import time
 from dataclasses import dataclass, field
@@ -17,8 +16,7 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "post"), str(ROOT / "test/regression")]
-from run_data import History, Particles
+from gimp3d.run_data import History, Particles
 
 LIMIT = 900  # s: a run that takes longer hangs
 COLUMNS = ("case", "figure", "sense", "bar", "value", "verdict", "seconds", "ranks", "build")

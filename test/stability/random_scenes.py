@@ -21,7 +21,7 @@ import h5py
 import numpy as np
 
 from hard_case import History, surroundings
-from run_data import Unreadable
+from gimp3d.run_data import Unreadable
 
 STEPS = 200
 LIMIT = 60  # s: a scene that runs longer hangs

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "post"), str(ROOT / "test/regression")]
 from runs import check, energy, finish, require, snapshots
 
 YOUNG, POISSON, PRESSURE = 1e6, 0.3, 1e4  # Pa

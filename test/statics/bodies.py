@@ -9,8 +9,6 @@ from pathlib import Path
 import numpy as np
 from static_scenes import ROOT, History, check, finish, last_particles, newton_by_step, require, run
 
-sys.path.append(str(ROOT / "test/bodies"))
-
 
 def stack(name, more=""):
     """Two blocks under a plate, with the interface between two planes of nodes."""

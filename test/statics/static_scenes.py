@@ -1,16 +1,14 @@
 """What the scripts of this suite share: scenes with &quasi_static, and what runs of them say."""
 
 import re
-import sys
 from pathlib import Path
 
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "test/verification"), str(ROOT / "test/regression"), str(ROOT / "post")]
-from run_data import History, Particles  # noqa: E402
-from run_scene import run  # noqa: E402
-from runs import check, finish, require  # noqa: E402,F401
+from gimp3d.run_data import History, Particles
+from run_scene import run
+from runs import check, finish, require
 
 
 def last_particles(directory):

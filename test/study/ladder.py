@@ -39,7 +39,9 @@ def study(*options, setting="setting.toml", scene=ROOT / "input/hertz.nml"):
     done = subprocess.run(
         [
             sys.executable,
-            ROOT / "post/study.py",
+            "-m",
+            "gimp3d",
+            "study",
             scene,
             "--setting",
             setting,

@@ -1,5 +1,5 @@
 !test: helper
-!> The manufactured solution as a program of its own, for post/study.py: reads a scene of the groups &grid,
+!> The manufactured solution as a program of its own, for gimp3d-post study: reads a scene of groups &grid,
 !> &level, &body, &time and &manufactured on standard input (input/studies/manufactured.nml) and prints what
 !> it found as lines `study: name value`. The error is the root mean square of the positions' errors over all
 !> particles and steps, over the amplitude.

@@ -15,8 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "post"))
-from run_data import read_namelists
+from gimp3d.run_data import read_namelists
 
 RATE = 2e-7  # s
 number = lambda name, default: float(os.environ.get(f"PRETEND_{name}", default))

@@ -12,11 +12,10 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(sys.argv[1])
-sys.path.insert(0, str(ROOT / "post"))
-from solve import seconds_of, speed_is_free, time_step_of
-from solve_model import Choice, Errors, Price, Sample, choose
-from scene_text import BadSetting
-from study_scene import side_that_moves
+from gimp3d.solve import seconds_of, speed_is_free, time_step_of
+from gimp3d.solve_model import Choice, Errors, Price, Sample, choose
+from gimp3d.scene_text import BadSetting
+from gimp3d.study_scene import side_that_moves
 
 faults = []
 
@@ -165,7 +164,9 @@ def solve(error, budget, setting="plain", out="out", ranks=2, half_space=False, 
     done = subprocess.run(
         [
             sys.executable,
-            ROOT / "post/solve.py",
+            "-m",
+            "gimp3d",
+            "solve",
             ROOT / "input/hertz.nml",
             "--error",
             str(error),

@@ -7,9 +7,8 @@ from pathlib import Path
 
 
 ROOT, GIMP3D = Path(sys.argv[1]), sys.argv[2]
-sys.path.insert(0, str(ROOT / "post"))
-import study_fit
-import study_quantity
+from gimp3d import study_fit
+from gimp3d import study_quantity
 
 faults = []
 
@@ -24,7 +23,9 @@ def solve(error, *options, scene=ROOT / "input/bar.nml", out="out"):
     done = subprocess.run(
         [
             sys.executable,
-            ROOT / "post/solve.py",
+            "-m",
+            "gimp3d",
+            "solve",
             scene,
             "--quantity",
             "displacement",
@@ -47,8 +48,7 @@ class Known:
     """A run of the bar as study_quantity sees it, for the exact curve."""
 
     def __init__(self, answer):
-        sys.path.insert(0, str(ROOT / "post"))
-        from run_data import read_namelists
+        from gimp3d.run_data import read_namelists
 
         self.directory = Path(answer["run"])
         self.case = read_namelists(self.directory / "scene.nml")

@@ -10,9 +10,8 @@ from pathlib import Path
 import numpy as np
 
 ROOT, GIMP3D = Path(sys.argv[1]), sys.argv[2]
-sys.path.insert(0, str(ROOT / "post"))
-from indentation import share_of_body
-from run_data import History, read_namelists
+from gimp3d.indentation import share_of_body
+from gimp3d.run_data import History, read_namelists
 
 TARGET = 4.0  # per cent
 young, poisson, radius = 70e9, 0.33, 10e-6  # of the scene
@@ -28,7 +27,7 @@ def from_hertz(run):
 
 
 done = subprocess.run(
-    [sys.executable, ROOT / "post/solve.py", ROOT / "input/hertz.nml", "--quantity", "load", "--half-space"]
+    [sys.executable, "-m", "gimp3d", "solve", ROOT / "input/hertz.nml", "--quantity", "load", "--half-space"]
     + ["--error", str(TARGET), "--budget", "1500", "--out", "out", "--program", GIMP3D],
     capture_output=True,
     text=True,

@@ -1,4 +1,4 @@
-"""The parts of post/study.py with made-up numbers. usage: units.py ROOT"""
+"""The parts of post/gimp3d/study.py with made-up numbers. usage: units.py ROOT"""
 
 import itertools
 import random
@@ -9,14 +9,13 @@ from types import SimpleNamespace
 import numpy as np
 
 ROOT = Path(sys.argv[1])
-sys.path.insert(0, str(ROOT / "post"))
-import study_fit as fit
-import study_quantity as quantities
-import study_setting
-from run_data import Unreadable, read_namelists
-from scene_text import BadSetting, Scene
-from study_body import box_around, size_of
-from study_scene import add_probes, scene_of
+from gimp3d import study_fit as fit
+from gimp3d import study_quantity as quantities
+from gimp3d import study_setting
+from gimp3d.run_data import Unreadable, read_namelists
+from gimp3d.scene_text import BadSetting, Scene
+from gimp3d.study_body import box_around, size_of
+from gimp3d.study_scene import add_probes, scene_of
 
 faults = []
 

@@ -22,8 +22,7 @@ import numpy as np
 from plane_strain import cantilever
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "post"))
-from run_data import History, Particles
+from gimp3d.run_data import History, Particles
 
 EFFECT = "&anti_locking /\n"
 OFF = "&anti_locking kind='none' /\n"

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from run_scene import run
-from run_data import History
+from gimp3d.run_data import History
 from runs import check, finish, require, snapshots
 
 YOUNG, POISSON = 1e6, 0.3

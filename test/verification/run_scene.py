@@ -7,8 +7,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "post"), str(ROOT / "test/regression")]
-from run_data import History
+from gimp3d.run_data import History
 
 
 def run(text, ranks, allowed=(0,)):

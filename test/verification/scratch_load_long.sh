@@ -5,4 +5,4 @@
 . "$(dirname "$0")/../harness/env.sh"
 sed 's:out/scratch_load:scratch_load:' "$ROOT/input/scratch_load.nml" >scratch_load.nml
 run_scene 1 scratch_load.nml || fail "$(tail -n 3 run_1.log)"
-PYTHONPATH=$ROOT/test/regression "$PYTHON" "$ROOT/test/verification/scratch_load.py"
+"$PYTHON" "$ROOT/test/verification/scratch_load.py"

@@ -15,4 +15,4 @@ done
 sed -e 's:out/scratch:short_mirrored:; s/lower=0,-10e-6,0, upper=54e-6/lower=-54e-6,-10e-6,0, upper=0/; s/tip=9e-6/tip=-9e-6/' \
     -e 's/axis=1,0,0/axis=-1,0,0/' short.nml >short_mirrored.nml
 run_scene 1 short_mirrored.nml || fail "$(tail -n 3 run_1.log)"
-PYTHONPATH=$ROOT/test/regression "$PYTHON" "$ROOT/test/verification/scratch.py"
+"$PYTHON" "$ROOT/test/verification/scratch.py"

@@ -2,15 +2,13 @@
 usage: shapes.py (in an empty directory; GIMP3D is the program)"""
 
 import math
-import sys
 
 import numpy as np
 
 from run_scene import ROOT, run
 from runs import check, energy, finish, require, snapshots, vector
 
-sys.path.insert(0, str(ROOT / "post"))
-import surfaces
+from gimp3d import surfaces
 
 LAW = "&material name='m', model='elastic', density=1000, young=1e6, poisson=0.3 /\n"
 

@@ -18,7 +18,7 @@ echo '&bulk_viscosity linear=0.2, quadratic=1.2 /' >>with.nml
 for name in without with; do
    run_scene 2 $name.nml || { cat run_2.log; fail "$name"; }
 done
-PYTHONPATH=$ROOT/test/regression "$PYTHON" - <<'END'
+"$PYTHON" - <<'END'
 from runs import *
 
 young, poisson, density = 70e9, 0.33, 2710.0

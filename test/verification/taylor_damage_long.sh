@@ -3,4 +3,4 @@
 #test: limit 600
 # Where a Taylor bar with damage fails (input/taylor_damage.nml), on two grids.
 . "$(dirname "$0")/../harness/env.sh"
-PYTHONPATH=$ROOT/test/regression "$PYTHON" "$ROOT/test/verification/taylor_damage.py"
+"$PYTHON" "$ROOT/test/verification/taylor_damage.py"

@@ -10,7 +10,7 @@ import numpy as np
 from run_scene import ROOT, replace, run
 from runs import finish, require
 
-import pole_figure
+from gimp3d import pole_figure
 
 run(replace((ROOT / "input/texture.nml").read_text(), "'out/texture'", "'texture'"), 2)
 

@@ -3,4 +3,4 @@
 #test: limit 600
 # The texture of copper after plane-strain compression (input/texture.nml).
 . "$(dirname "$0")/../harness/env.sh"
-PYTHONPATH=$ROOT/test/regression:$ROOT/post "$PYTHON" "$ROOT/test/verification/texture.py"
+"$PYTHON" "$ROOT/test/verification/texture.py"

@@ -9,7 +9,7 @@ import numpy as np
 
 from run_scene import ROOT, replace, run
 from runs import check, finish
-from run_data import History
+from gimp3d.run_data import History
 
 ANGLE, RADIUS, DEPTH = math.radians(68), 20e-9, 0.2e-6
 cone = math.atan(math.tan(ANGLE) * 2 / math.sqrt(math.pi))

@@ -3,4 +3,4 @@
 #test: long
 #test: limit 900
 . "$(dirname "$0")/../harness/env.sh"
-PYTHONPATH=$ROOT/test/regression "$PYTHON" "$ROOT/test/verification/vickers.py"
+"$PYTHON" "$ROOT/test/verification/vickers.py"

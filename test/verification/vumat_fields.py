@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import numpy as np
-from run_data import Particles
+from gimp3d.run_data import Particles
 
 
 def newest(directory):
