@@ -38,6 +38,7 @@ module m_closing_summary
       procedure :: note
    end type facts_t
 
+   real(wp), parameter :: round_off = 1.0e-20_wp !< of mass times squared wave speed: strains of 1e-10
    real(wp), parameter :: notable = 0.05_wp !< of the largest energy or work: what is apart or missing is said
 
 contains
@@ -71,7 +72,7 @@ contains
       call say_work(facts, scene, model, course, cost%particle_steps)
       call say_conservation(facts, scene, model, balance)
       call say_work_done(facts, scene, model, balance)
-      call warn_of_balance(facts, scene, balance)
+      call warn_of_balance(facts, scene, balance, quiet(model, balance))
       call say_effects(facts, model, balance)
       call say_contact(facts, console, model, balance, course)
       if (.not. error%happened()) call say_stress_error(facts, model)
@@ -261,7 +262,7 @@ contains
       if (any(model%effect_step%acts_on_nodes) .and. all(model%effect_step%follows_particles)) then
          call facts%note('work_apart_of_effects_J', to_text(balance%worst_of_effects))
          call facts%say(apart_text('effects: work', balance%worst_of_effects, balance%largest))
-         if (balance%worst_of_effects > notable*balance%largest) &
+         if (balance%worst_of_effects > max(notable*balance%largest, quiet(model, balance))) &
             call facts%say('WARNING: effects do work that the particles they act on do not get: their '// &
                            'forces lie on nodes with hardly any material, and motion and stress there '// &
                            'are as wrong; '//remedy(scene))
@@ -269,7 +270,7 @@ contains
       if (size(scene%tools) == 0) return
       call facts%note('work_apart_of_tools_J', to_text(balance%worst_of_tools))
       call facts%say(apart_text('tools: work', balance%worst_of_tools, balance%largest))
-      if (balance%worst_of_tools > notable*balance%largest) &
+      if (balance%worst_of_tools > max(notable*balance%largest, quiet(model, balance))) &
          call facts%say('WARNING: tools do work that the particles they press do not get, or the '// &
                         'reverse: loads are as wrong; '//remedy(scene))
    end subroutine say_work_done
@@ -294,13 +295,21 @@ contains
          text = text//', domain=''corners'''
    end function remedy
 
+   !> Energies that are round-off: nothing has moved, J.
+   pure real(wp) function quiet(model, balance)
+      type(model_t), intent(in) :: model
+      type(balance_t), intent(in) :: balance
+      quiet = round_off*balance%now%mass*model%bounds%wave_speed**2
+   end function quiet
+
    !> Energy that has come from nowhere, or gone, to an extent that matters.
-   subroutine warn_of_balance(facts, scene, balance)
+   subroutine warn_of_balance(facts, scene, balance, quiet)
       type(facts_t), intent(inout) :: facts
       type(scene_t), intent(in) :: scene
       type(balance_t), intent(in) :: balance
+      real(wp), intent(in) :: quiet !< energies below this are not judged, J
       character(len=:), allocatable :: text
-      if (.not. balance%worst > notable*balance%largest) return
+      if (.not. balance%worst > max(notable*balance%largest, quiet)) return
       text = 'WARNING: energy '//trim(merge('from nowhere', 'lost        ', balance%excess() > 0.0_wp))// &
              ': up to '//si(balance%worst, 'J')//percent(balance%worst, balance%largest)//' of the largest'
       if (balance%excess() > 0.0_wp) then

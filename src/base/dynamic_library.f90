@@ -1,10 +1,10 @@
 !> Procedures of a shared library that is opened while the program runs (dlopen).
 module m_dynamic_library
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_ptr, c_funptr, c_size_t, c_null_char, &
-      c_null_funptr, c_associated, c_f_pointer
+      c_null_funptr, c_null_ptr, c_associated, c_f_pointer
    implicit none
    private
-   public :: find_procedure
+   public :: find_procedure, library_of
 
    integer(c_int), parameter :: bind_now = 2 !< RTLD_NOW: a symbol that is missing is said at once
 
@@ -26,6 +26,11 @@ module m_dynamic_library
          import :: c_ptr, c_size_t
          type(c_ptr), value :: text
       end function c_strlen
+      integer(c_int) function c_dladdr(address, found) bind(c, name='dladdr')
+         import :: c_funptr, c_int, c_ptr
+         type(c_funptr), value :: address
+         type(c_ptr), intent(out) :: found(*)
+      end function c_dladdr
    end interface
 
 contains
@@ -46,20 +51,37 @@ contains
       if (.not. c_associated(address)) complaint = last_complaint()
    end subroutine find_procedure
 
+   !> Path of the library that a procedure is in; empty where the system does not tell.
+   function library_of(address) result(path)
+      type(c_funptr), intent(in) :: address
+      character(len=:), allocatable :: path
+      type(c_ptr) :: found(4) ! a Dl_info: the path, and what is not looked at
+      path = ''
+      found = c_null_ptr
+      if (c_dladdr(address, found) == 0) return
+      if (c_associated(found(1))) path = text_at(found(1))
+   end function library_of
+
    !> What dlerror says.
    function last_complaint() result(text)
       character(len=:), allocatable :: text
-      character(kind=c_char), pointer :: letters(:)
       type(c_ptr) :: words
-      integer :: i
       words = c_dlerror()
       text = 'no reason given'
-      if (.not. c_associated(words)) return
+      if (c_associated(words)) text = text_at(words)
+   end function last_complaint
+
+   !> A text of C.
+   function text_at(words) result(text)
+      type(c_ptr), intent(in) :: words
+      character(len=:), allocatable :: text
+      character(kind=c_char), pointer :: letters(:)
+      integer :: i
       call c_f_pointer(words, letters, [c_strlen(words)])
       text = repeat(' ', size(letters))
       do i = 1, size(letters)
          text(i:i) = letters(i)
       end do
-   end function last_complaint
+   end function text_at
 
 end module m_dynamic_library

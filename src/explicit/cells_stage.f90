@@ -5,7 +5,10 @@ module m_cells_stage
    use m_errors, only: error_t
    use m_timers
    use m_scene, only: domain_fixed
-   use m_field_table, only: layout_t
+   use m_field_table, only: layout_t, shares_t
+   use m_block, only: block_t
+   use m_level, only: level_t
+   use m_walls, only: keep_inside
    use m_particle_store, only: particle_store_t
    use m_model, only: model_t
    use m_erosion, only: erode
@@ -44,9 +47,16 @@ contains
          call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), &
                                frame_of(level, block), block%cells%bin, block%emigrants, &
                                block%emigrant_count, moved, block%lowest, block%highest)
+         if (any(block%lowest < level%grid%lower) .or. any(block%highest > level%grid%upper)) then
+            call put_back(level, block)
+            call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), &
+                                  frame_of(level, block), block%cells%bin, block%emigrants, &
+                                  block%emigrant_count, moved, block%lowest, block%highest)
+            moved = .true.
+            if (any(block%lowest < level%grid%lower) .or. any(block%highest > level%grid%upper)) &
+               call report_outside(model, l, b, error)
+         end if
          if (moved) call block%cells%outdate()
-         if (any(block%lowest < level%grid%lower) .or. any(block%highest > level%grid%upper)) &
-            call report_outside(model, l, b, error)
          if (block%emigrant_count > 0) call check_emigrants(model, l, b, error)
          call include_speeds(model%bounds, model%materials, level%layout, block)
          block%at_rest = block%emigrant_count == 0 .and. .not. moved &
@@ -62,6 +72,23 @@ contains
          block%located = block%particles%state()
       end associate
    end subroutine cells_block
+
+   !> Particles that have passed a side that holds the material, by round-off or because contact pushed them:
+   !> at a symmetry side their mirror image has come in as they went out.
+   pure subroutine put_back(level, block)
+      type(level_t), intent(in) :: level
+      type(block_t), intent(inout) :: block
+      type(shares_t) :: shares
+      integer :: p
+      shares = level%table%shares()
+      associate (particles => block%particles, x => level%layout%position)
+         do p = 1, particles%count
+            if (any(particles%column(p, x:x + 2) < level%grid%lower &
+                    .or. particles%column(p, x:x + 2) > level%grid%upper)) &
+               call keep_inside(particles%column(p, :), level%layout, shares, level%grid)
+         end do
+      end associate
+   end subroutine put_back
 
    !> With musl the places wait until the stress is done.
    pure subroutine take_next_position(particles, at)

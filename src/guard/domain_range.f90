@@ -142,7 +142,7 @@ contains
                direction(axis) = 1.0_wp
                stretch = stretch_along(model, values, particles%body(p), direction)
                if (.not. stretch < huge(stretch)) exit ! nothing tells it
-               if (tension > 0.0_wp) &
+               if (tension > 0.0_wp .and. .not. whole) & ! those have a bar of their own, of tension
                   worst(2) = max(worst(2), stretch*2.0_wp*values(level%layout%half_size)*level%grid%per_cell)
                worst(3) = max(worst(3), 1.0_wp - stretch)
                if (tension > 0.0_wp) worst(4) = max(worst(4), stretch - 1.0_wp)

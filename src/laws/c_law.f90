@@ -41,7 +41,7 @@ contains
       logical, intent(out) :: found
       type(c_funptr) :: address
       procedure(c_law_interface), pointer :: law
-      call find_law(self%library, group, 'c_law', 'mylaw.c', 'procedure c_law', address, found)
+      call find_law(self%library, self%checksum, group, 'c_law', 'mylaw.c', 'procedure c_law', address, found)
       if (.not. found) return
       call c_f_procpointer(address, law)
       self%law => law

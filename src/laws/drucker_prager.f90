@@ -168,6 +168,8 @@ contains
       if (trial(2) > 0.0_wp) share = ends(2)/trial(2)
       column(p, s:s + 2) = share*(column(p, s:s + 2) + pressure) - ends(1)
       column(p, s + 3:s + 5) = share*column(p, s + 3:s + 5)
+      ! what is stored grows with the volume, for which nothing was done
+      column(p, self%work) = column(p, self%work) + squeezed*self%strain_energy(column, layout, p, p)
    end subroutine return_one
 
    !> To the cone along its potential, q - dilation p; to its apex where q would be negative; not beyond the

@@ -3,6 +3,9 @@
 module m_umat
    use, intrinsic :: iso_c_binding, only: c_int, c_double, c_char, c_size_t, c_funptr, c_f_procpointer
    use m_kinds, only: wp
+   use m_constants, only: exit_numerical
+   use m_foreign_call, only: begin_foreign_call, end_foreign_call
+   use m_text, only: to_text
    use m_vectors, only: cross
    use m_group_reader, only: group_reader_t
    use m_field_table, only: layout_t
@@ -59,7 +62,8 @@ contains
       type(c_funptr) :: address
       procedure(umat_interface), pointer :: law
       self%turns = .false.
-      call find_law(self%library, group, 'umat_', 'mylaw.f', 'SUBROUTINE UMAT', address, found)
+      call find_law(self%library, self%checksum, group, 'umat_', 'mylaw.f', 'SUBROUTINE UMAT', address, &
+                    found)
       if (.not. found) return
       call c_f_procpointer(address, law)
       self%law => law
@@ -83,11 +87,11 @@ contains
       integer, intent(in) :: p
       real(c_double), parameter :: doubled(6) = [1.0_wp, 1.0_wp, 1.0_wp, 2.0_wp, 2.0_wp, 2.0_wp]
       real(c_double) :: stress(6), moduli(36), sse, spd, scd, rpl, by_heat(6), heat(6), heat_slope, share
-      real(c_double) :: state(max(1, self%states)), props(max(1, size(self%constants))), begins(2)
+      real(c_double) :: state(size(points%state, 2)), props(max(1, size(self%constants))), begins(2)
       real(c_double) :: stored
       props(:size(self%constants)) = self%constants
       stress = points%stress(p, order)
-      state(:self%states) = points%state(p, :)
+      state = points%state(p, :)
       moduli = 0.0_wp
       by_heat = 0.0_wp
       heat = 0.0_wp
@@ -107,7 +111,7 @@ contains
                     in_order(points%deformation(p, :)), p, 1, 1, 1, [1, static_step, 1, 0], &
                     merge(2, 1, begins(2) > 0.0_wp), int(name_size, c_size_t))
       points%stress(p, order) = stress
-      points%state(p, :) = state(:self%states)
+      points%state(p, :) = state
       points%moduli(p, :) = moduli
       points%share(p) = share
       points%inelastic(p) = (spd + scd)/points%density(p)
@@ -153,8 +157,11 @@ contains
       if (.not. known) return
       call self%fill_points(column, layout, gradient/time_step, time_step, 1, count, points, r)
       points%stress = points%stress_old
-      points%state = points%state_old
+      points%state(:, :self%states) = points%state_old
+      points%state(:, self%states + 1:) = 0.0_wp
+      call begin_foreign_call(self%called, exit_numerical)
       call self%evaluate(points)
+      call end_foreign_call()
       do p = 1, count
          s = reshape(points%stress(p, order(tensor_of)), [3, 3])
          inverse = inverse_of(gradient(p, :))
@@ -199,7 +206,8 @@ contains
    pure function fault_text(self) result(text)
       class(umat_t), intent(in) :: self
       character(len=:), allocatable :: text
-      text = ': its UMAT gives a stress that is not a number, or asks for a smaller step (PNEWDT below 1)'
+      text = ': its UMAT gives a stress or a state that is not a number, asks for a smaller step (PNEWDT '// &
+             'below 1), or writes to more state variables than its '//to_text(self%states)//' states'
    end function fault_text
 
    !> Nobody knows: steps are as if it did.

@@ -4,11 +4,14 @@
 module m_user_law
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_value, ieee_quiet_nan
    use m_kinds, only: wp
+   use m_constants, only: exit_input, exit_numerical
+   use m_foreign_call, only: name_foreign_code, begin_foreign_call, end_foreign_call
    use m_text, only: to_text
    use m_group_reader, only: group_reader_t
    use m_value_range, only: any_value, above, at_least
    use m_field_table, only: field_table_t, layout_t
    use m_material, only: material_t
+   use m_user_library, only: points_t, room_for, place_tensor, tensor_place, matrix_place
    use m_corotation, only: split_gradient, into_frame, out_of_frame, relative_spin, &
       advance_gradient, turn_by
    use m_tangent, only: tangent_t
@@ -18,35 +21,16 @@ module m_user_law
 
    integer, parameter :: lanes = 128 !< particles of a call; laws may have work arrays of maxblk = 136
    integer, parameter :: longest_name = 1024, most_states = 200
+   integer, parameter :: spare_states = 8 !< columns behind the states: whether a law goes beyond them
+   real(wp), parameter :: untouched = 8.0e66_wp !< what stands there
    real(wp), parameter :: not_written = -huge(1.0_wp) !< an energy that the law has left alone
    real(wp), parameter :: probe_strain = 1.0e-6_wp, probe_step = 1.0e-9_wp !< s: what relaxes has no time to
-
-   !> What a call gets and gives, of n particles. Tensors are xx yy zz xy yz xz (shear is that of the tensor,
-   !> half the engineering one), matrices 11 22 33 12 23 31 21 32 13; all are in the corotational frame but
-   !> `deformation`, or all in that of the grid. Old: at the beginning of the step.
-   type :: points_t
-      integer :: count = 0
-      real(wp) :: time = 0.0_wp, time_step = 0.0_wp !< time at the step's end, s
-      real(wp), allocatable :: place(:, :)          !< (n, 3), m
-      real(wp), allocatable :: size(:)              !< cube root of the volume, m
-      real(wp), allocatable :: density(:)           !< half way through the step, kg/m3
-      real(wp), allocatable :: strain(:, :)         !< (n, 6) increment
-      real(wp), allocatable :: spin(:, :)           !< (n, 3) turn of the material beyond that of the frame
-      real(wp), allocatable :: total(:, :)          !< (n, 6) sum of the strains before, turned along
-      real(wp), allocatable :: stretch_old(:, :), stretch(:, :)         !< (n, 6), U of F = R U
-      real(wp), allocatable :: deformation_old(:, :), deformation(:, :) !< (n, 9), F
-      real(wp), allocatable :: stress_old(:, :), stress(:, :)           !< (n, 6), Pa
-      real(wp), allocatable :: state_old(:, :), state(:, :)             !< (n, states)
-      real(wp), allocatable :: energy_old(:), energy(:)   !< per mass: work of the stress, J/kg
-      real(wp), allocatable :: inelastic_old(:), inelastic(:) !< what of it was dissipated, J/kg
-      real(wp), allocatable :: share(:)             !< below 1: the step that the law wants, of this one
-      real(wp), allocatable :: moduli(:, :)         !< (n, 36) d stress/d strain, column by column, of a law
-                                                    !< that gives them, in its own order, Pa
-   end type points_t
 
    type, abstract, extends(material_t) :: user_law_t
       character(len=:), allocatable :: label    !< name of the material
       character(len=:), allocatable :: library  !< file
+      character(len=:), allocatable :: checksum !< of it
+      integer :: called = 0                     !< its number among the codes that are called
       real(wp), allocatable :: constants(:)
       integer :: states = 0                     !< state variables a particle
       real(wp) :: wave_modulus = 0.0_wp         !< of the fastest wave, Pa; 0: by a probe of the law
@@ -67,6 +51,7 @@ module m_user_law
       procedure :: strain_energy
       procedure :: plastic_energy
       procedure :: stretch
+      procedure :: fault_text
       procedure :: for_large_strains
       procedure, private :: probe
       procedure, private :: advance
@@ -92,10 +77,6 @@ module m_user_law
       end subroutine evaluate_interface
    end interface
 
-   !> Where xx yy zz yz xz xy stand among xx yy zz xy yz xz, and 11 21 31 12 22 32 13 23 33 among the
-   !> matrices.
-   integer, parameter :: tensor_place(6) = [1, 2, 3, 5, 6, 4], matrix_place(9) = [1, 7, 6, 4, 2, 8, 9, 5, 3]
-
 contains
 
    subroutine variables(self, group)
@@ -107,6 +88,9 @@ contains
       call group%get_list('constants', self%constants, any_value(''))
       call group%get('states', self%states, 0)
       call group%get('wave_modulus', self%wave_modulus, at_least(0.0_wp, 'Pa'))
+      if (.not. allocated(self%checksum)) self%checksum = ''
+      if (.not. group%is_writing() .or. self%checksum /= '') &
+         call group%get_text('checksum', self%checksum, longest_name)
       if (self%states > most_states) call group%refuse('states', 'must be a whole number from 0 to '// &
                                                        to_text(most_states))
       if (.not. group%is_reading()) return
@@ -116,7 +100,9 @@ contains
       call group%get('density', self%density, above(0.0_wp, 'kg/m3'))
       if (self%states > most_states .or. .not. self%density > 0.0_wp) return
       call self%load(group, found)
-      if (found) call self%probe(group)
+      if (.not. found) return
+      self%called = name_foreign_code(self%library)
+      call self%probe(group)
    end subroutine variables
 
    pure logical function for_large_strains(self)
@@ -197,7 +183,7 @@ contains
       type(points_t) :: points
       integer :: k
       call self%fill_points(column, layout, gradient, time_step, first, last, points, r)
-      call ask(self, points)
+      call ask(self, points, exit_numerical)
       column(first:last, layout%deformation:layout%deformation + 8) = points%deformation(:, matrix_place)
       tensor = points%stress(:, tensor_place)
       if (self%turns) call out_of_frame(size(r, 1), r, tensor)
@@ -229,7 +215,7 @@ contains
                   half(last - first + 1)
       integer :: k, n
       n = last - first + 1
-      points = room_for(n, self%states, .not. self%turns)
+      points = room_for(n, self%states, .not. self%turns, spare_states)
       points%time = column(first, self%age) + time_step
       points%time_step = time_step
       f = column(first:last, layout%deformation:layout%deformation + 8)
@@ -259,43 +245,48 @@ contains
    end subroutine fill_points
 
    !> Let the law answer. What it leaves alone stays as it was, but the energy, which then is the work of the
-   !> stress. A state that is not a number makes the stress so, which the step complains of.
-   pure subroutine ask(self, points)
+   !> stress. A state that is not a number, or one more than there are, makes the stress so, which the step
+   !> complains of.
+   pure subroutine ask(self, points, status)
       class(user_law_t), intent(in) :: self
       type(points_t), intent(inout) :: points
+      integer, intent(in) :: status !< of an error: exit_input at the start
       integer :: p
       points%stress = points%stress_old
-      points%state = points%state_old
+      points%state(:, :self%states) = points%state_old
+      points%state(:, self%states + 1:) = untouched
       points%energy = not_written
       points%inelastic = not_written
+      call begin_foreign_call(self%called, status)
       call self%evaluate(points)
+      call end_foreign_call()
       do p = 1, points%count
          if (points%energy(p) <= not_written) points%energy(p) = points%energy_old(p) &
             + (0.5_wp*sum((points%stress_old(p, 1:3) + points%stress(p, 1:3))*points%strain(p, 1:3)) &
                + sum((points%stress_old(p, 4:6) + points%stress(p, 4:6))*points%strain(p, 4:6))) &
                /points%density(p)
          if (points%inelastic(p) <= not_written) points%inelastic(p) = points%inelastic_old(p)
-         if (.not. (all(ieee_is_finite(points%state(p, :))) .and. ieee_is_finite(points%energy(p)) &
-                    .and. ieee_is_finite(points%inelastic(p)))) &
+         if (.not. (all(ieee_is_finite(points%state(p, :self%states))) &
+                    .and. ieee_is_finite(points%energy(p)) .and. ieee_is_finite(points%inelastic(p)) &
+                    .and. .not. goes_beyond(self, points, p))) &
             points%stress(p, 1) = ieee_value(1.0_wp, ieee_quiet_nan)
       end do
    end subroutine ask
 
-   !> Room for n particles.
-   pure type(points_t) function room_for(n, states, moduli) result(points)
-      integer, intent(in) :: n, states
-      logical, intent(in) :: moduli !< and for what a law in the frame of the grid has
-      points%count = n
-      allocate (points%place(n, 3), points%size(n), points%density(n), points%strain(n, 6), &
-                points%spin(n, 3), points%stretch_old(n, 6), points%stretch(n, 6), &
-                points%deformation_old(n, 9), points%deformation(n, 9), points%stress_old(n, 6), &
-                points%stress(n, 6), points%state_old(n, states), points%state(n, states), &
-                points%energy_old(n), points%energy(n), points%inelastic_old(n), points%inelastic(n), &
-                source=0.0_wp)
-      if (.not. moduli) return
-      allocate (points%share(n), source=1.0_wp)
-      allocate (points%total(n, 6), points%moduli(n, 36), source=0.0_wp)
-   end function room_for
+   !> The law has written behind its states.
+   pure logical function goes_beyond(self, points, p)
+      class(user_law_t), intent(in) :: self
+      type(points_t), intent(in) :: points
+      integer, intent(in) :: p
+      goes_beyond = any(abs(points%state(p, self%states + 1:) - untouched) > 0.0_wp)
+   end function goes_beyond
+
+   pure function fault_text(self) result(text)
+      class(user_law_t), intent(in) :: self
+      character(len=:), allocatable :: text
+      text = ': its law gives a stress or a state that is not a number, or writes to more state '// &
+             'variables than its '//to_text(self%states)//' states'
+   end function fault_text
 
    !> F and its parts before and after the step, and the increments of strain and turn of eq. elastic in the
    !> frame at the step's end.
@@ -333,17 +324,6 @@ contains
       call place_tensor(n, tensor, points%strain)
    end subroutine follow_unturned
 
-   !> xx yy zz yz xz xy in the order of a call.
-   pure subroutine place_tensor(n, tensor, there)
-      integer, intent(in) :: n
-      real(wp), intent(in) :: tensor(n, 6)
-      real(wp), intent(out) :: there(n, 6)
-      integer :: c
-      do c = 1, 6
-         there(:, tensor_place(c)) = tensor(:, c)
-      end do
-   end subroutine place_tensor
-
    !> Two calls at the time 0, as Abaqus/Explicit makes them before its first increment: one without strain,
    !> one with small fictitious strains, whose answers tell the moduli and are dropped.
    subroutine probe(self, group)
@@ -354,7 +334,7 @@ contains
       real(wp) :: answer(6, 12)
       integer :: call_number, k
       do call_number = 1, 2
-         points = room_for(12, self%states, .not. self%turns)
+         points = room_for(12, self%states, .not. self%turns, most_states)
          points%time_step = probe_step
          points%density = self%density
          points%size = 1.0_wp
@@ -369,7 +349,13 @@ contains
          points%stretch = points%stretch_old + points%strain
          points%deformation(:, 1:6) = points%stretch
          points%deformation(:, 7:9) = points%stretch(:, 4:6)
-         call ask(self, points)
+         call ask(self, points, exit_input)
+         do k = most_states, 1, -1
+            if (all(abs(points%state(:, self%states + k) - untouched) <= 0.0_wp)) cycle
+            call group%refuse('states', 'the law writes to state variable '//to_text(self%states + k)// &
+                              '; allowed: at least as many states as it has')
+            return
+         end do
          if (.not. all(ieee_is_finite(points%stress))) then
             call group%refuse('library', 'at the start, under strains of '// &
                               trim(merge('0   ', '1e-6', call_number == 1))// &

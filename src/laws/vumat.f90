@@ -48,7 +48,8 @@ contains
       logical, intent(out) :: found
       type(c_funptr) :: address
       procedure(vumat_interface), pointer :: law
-      call find_law(self%library, group, 'vumat_', 'mylaw.f', 'SUBROUTINE VUMAT', address, found)
+      call find_law(self%library, self%checksum, group, 'vumat_', 'mylaw.f', 'SUBROUTINE VUMAT', address, &
+                    found)
       if (.not. found) return
       call c_f_procpointer(address, law)
       self%law => law

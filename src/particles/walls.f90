@@ -1,5 +1,5 @@
-!> Parts of split particles that would lie beyond a side of the grid which holds the material: a domain may
-!> reach over it, a centre may not (theory.md, Splitting).
+!> Particles that would lie beyond a side of the grid which holds the material, parts of split ones or such as
+!> were pushed there: a domain may reach over it, a centre may not (theory.md, Splitting).
 module m_walls
    use m_kinds, only: wp
    use m_scene, only: boundary_free
@@ -11,7 +11,7 @@ module m_walls
 
 contains
 
-   !> A part beyond a side that is not free gives way to its mirror image: at a symmetry side both are the
+   !> A particle beyond a side that is not free gives way to its mirror image: at a symmetry side both are the
    !> same material. Components that mirrors turn round are those of place, velocity and its gradient, stress,
    !> deformation, domain and carried faces; what laws carry beside these is nearly even there.
    pure subroutine keep_inside(values, layout, shares, grid)
@@ -38,7 +38,10 @@ contains
          if (layout%gradient > 0) call turn_tensor(values(layout%gradient:layout%gradient + 8), axis)
          if (layout%deformation > 0) call turn_tensor(values(layout%deformation:layout%deformation + 8), axis)
          do k = 1, 3 ! yz xz xy
-            if (k /= axis) values(layout%stress + 2 + k) = -values(layout%stress + 2 + k)
+            if (k == axis) cycle
+            values(layout%stress + 2 + k) = -values(layout%stress + 2 + k)
+            if (layout%edge_stress > 0) values(layout%edge_stress + 2 + k) = &
+               -values(layout%edge_stress + 2 + k)
          end do
          do f = 1, size(shares%faces, 2)
             do k = 1, 2

@@ -19,6 +19,7 @@ program friction_law
    call test%start(comm, 'friction_law')
    call triaxial()
    call dilation()
+   call growing()
    call apex()
    call grains()
    call crushing()
@@ -91,8 +92,40 @@ contains
          expected = 50.0e3_wp + bulk*d*expected/(3.0_wp*shear + bulk*b*d)
          call test%check_close(pq(1)/expected, 1.0_wp, 2.0e-4_wp, 'pressure in shear at constant volume')
          call test%check_close(pq(2)/(law%a + b*pq(1)), 1.0_wp, 1.0e-12_wp, 'on the cone')
+         call check_books(law, point, 'shear at constant volume')
       end do
    end subroutine dilation
+
+   !> What was put in is stored or dissipated: also where plastic strain changes the volume, with which the
+   !> stored energy grows.
+   subroutine check_books(law, point, name)
+      type(drucker_prager_t), intent(in) :: law
+      type(material_point_t), intent(in) :: point
+      character(len=*), intent(in) :: name
+      real(wp) :: there
+      there = law%strain_energy(point%column, point%layout, 1, 1) + law%plastic_energy(point%column, 1, 1)
+      call say(name//': energy missing, of the work', 1.0_wp - there/point%work)
+      call test%check_close(there/point%work, 1.0_wp, 2.0e-4_wp, name//': energy is as the work')
+   end subroutine check_books
+
+   !> Strong material that dilates by a tenth under a pressure that strains it elastically by a hundredth.
+   subroutine growing()
+      type(drucker_prager_t) :: law
+      type(material_point_t) :: point
+      real(wp) :: m(3, 3)
+      integer :: k
+      call law_of(law, 'young=3e9, poisson=0.3, friction_angle=36.87, cohesion=22.5e6, dilation_angle=36.87')
+      call point%ready(law, density)
+      m = 0.0_wp
+      m(1, 1) = -5.0e-5_wp
+      m(2, 2) = -1.9_wp*m(1, 1) ! with 2 the pressure would stay
+      m(3, 3) = m(2, 2)
+      do k = 1, 1000
+         call point%strain_by(law, m, 1.0_wp)
+      end do
+      call test%check(point%column(1, point%layout%volume) > 1.1_wp, 'it has dilated')
+      call check_books(law, point, 'dilation')
+   end subroutine growing
 
    !> Tension ends at the apex.
    subroutine apex()

@@ -8,7 +8,8 @@ program domains
    use m_communicator, only: communicator_t
    use m_materials, only: material_of
    use m_box, only: box_t
-   use m_scene, only: scene_t, grid_spec_t, domain_fixed, domain_stretch, domain_corners
+   use m_scene, only: scene_t, grid_spec_t, domain_fixed, domain_stretch, domain_corners, boundary_free, &
+                      boundary_symmetry
    use m_model, only: model_t
    use m_advance, only: advance
    use m_clock, only: clock_t
@@ -33,6 +34,8 @@ program domains
       call free_flight(d)
       call turn(d)
    end do
+   call pushed(boundary_symmetry)
+   call pushed(boundary_free)
    print '(3x,a)', 'pulled to 4 lengths       pieces  density at inner nodes     splits  velocity off'
    do d = 1, 3
       call pull(d, 1)
@@ -59,6 +62,41 @@ contains
       scene%bodies(1)%shape = box_t(lower=cell*from, upper=cell*to)
       scene%bodies(1)%particles_per_cell = particles_per_cell
    end function box
+
+   !> A particle that has been pushed over a side: at a symmetry side its mirror image comes in; through a
+   !> free side it leaves.
+   subroutine pushed(boundary)
+      integer, intent(in) :: boundary
+      real(wp), parameter :: off = 1.0e-5_wp*cell, speed = 0.1_wp
+      type(model_t) :: model
+      type(scene_t) :: scene
+      type(error_t) :: error
+      type(sums_t) :: start, now
+      integer :: p
+      if (comm%ranks > 1) return ! the block is one rank's
+      scene = box(2, [8, 8, 8], [0, 2, 2], [3, 5, 5], 1000.0_wp, 8)
+      scene%grid%boundary(1) = boundary
+      call model%build(comm, scene, error)
+      associate (particles => model%levels(1)%blocks(1)%particles, at => model%levels(1)%layout)
+         p = minloc(particles%column(:particles%count, at%position), dim=1)
+         particles%column(p, at%position) = -off
+         particles%column(p, at%velocity) = -speed
+         particles%column(p, at%stress + 5) = 1.0_wp
+         call particles%changed()
+         start = measure(model)
+         call advance(model, 1.0e-9_wp, error)
+         call test%check(error%happened() .eqv. boundary == boundary_free, &
+                         'a particle leaves through a free side alone')
+         if (error%happened()) return
+         p = maxloc(abs(particles%column(:particles%count, at%stress + 5)), dim=1)
+         call test%check_close(particles%column(p, at%position)/off, 1.0_wp, 1.0e-3_wp, 'mirrored: place')
+         call test%check_close(particles%column(p, at%velocity)/speed, 1.0_wp, 1.0e-3_wp, 'velocity')
+         call test%check_close(particles%column(p, at%stress + 5), -1.0_wp, 1.0e-3_wp, 'shear stress')
+         now = measure(model)
+         call test%check_close(now%mass/start%mass, 1.0_wp, 1.0e-15_wp, 'and its mass is kept')
+         call test%check_close(now%kinetic/start%kinetic, 1.0_wp, 1.0e-3_wp, 'and its energy')
+      end associate
+   end subroutine pushed
 
    !> Without stress every particle goes straight on.
    subroutine free_flight(d)

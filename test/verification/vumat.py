@@ -122,3 +122,29 @@ refused(
 )
 refused("not a number in the stress", VUMAT.replace("j2.so", "stress.so"), 3, r"particle \d+ .*stress")
 refused("not a number in a state", VUMAT.replace("j2.so", "state.so"), 3, r"particle \d+ .*stress")
+refused(
+    "too few states",
+    VUMAT.replace("states=1", "states=0"),
+    2,
+    r"states=0: the law writes to state variable 1; allowed: at least as many states as it has",
+)
+refused(
+    "too few states in flow", VUMAT.replace("j2.so", "late.so"), 3, r"particle \d+ .*more state variables"
+)
+refused(
+    "a law that stops", VUMAT.replace("j2.so", "stop.so"), 2, r"the law of library='./stop.so' has ended the"
+)
+refused(
+    "a law that aborts", VUMAT.replace("j2.so", "abort.so"), 3, r"./abort.so' has ended the program \(abort\)"
+)
+
+# another library of the same name
+text = Path("again/case.nml").read_text()
+require("case.nml names the checksum", "checksum='" in text)
+shutil.copy("free.so", "new.so")
+os.replace("new.so", "j2.so")
+done = subprocess.run([os.environ["GIMP3D"], "--restart", "again"], capture_output=True, text=True)
+require(
+    f"another library is refused: {done.stderr.strip()[:200]}",
+    done.returncode == 2 and re.search(r"library='./j2.so': has been changed: its checksum is", done.stderr),
+)
