@@ -8,7 +8,8 @@ modulus from it and from the true area, work ratio, pile-up. A table on the term
 directory (with _NAME before the dot for one of several tools)
 
 hardness.json               all numbers, SI units, each with its uncertainty
-hardness.csv                time [s], depth [nm], load [mN] of the full body: what analysis tools read
+hardness.csv                time [s], depth [nm], load [mN] of the full body, for spreadsheets
+hardness.hld                the same as an instrument's file (nm, uN, s), which micromechanics and nanodent read
 hardness_profile.csv        the surface in rings about the axis, at the largest depth and unloaded
 hardness_load_depth.png, hardness_profile.png, hardness_pressure.png
 hardness_depth.csv, .png    hardness and modulus over depth, with several unloadings
@@ -41,6 +42,7 @@ from . import hardness_plots as pictures_of
 from . import imprint
 from . import indentation
 from . import oliver_pharr
+from .instrument_file import hld_text
 from .plots import Run, scaled, snapshots_of
 from .run_data import History, Particles, Unreadable, depth_of
 
@@ -616,6 +618,8 @@ def write_files(run, record, answer, results, pictures, suffix):
             ["time [s]", "depth [nm]", "load [mN]"], zip(record.time, 1e9 * record.depth, 1e3 * record.load)
         ),
     )
+    title = str(run.case.get("scene", [{}])[0].get("title", [""])[0])
+    write(path("hardness", "hld"), hld_text(record.time, record.depth, record.load, record.tool, title))
     if pictures:
         rows = []
         for name, (_, _, _, profile) in pictures.items():

@@ -11,7 +11,7 @@ energy.png     the energies over time
 
    --finite-elements FILE.csv   a reference curve (may be repeated)
    --no-theory                  without the half-space curve
-   --snapshot FILE.h5           another particle file for the section
+   --snapshot FILE.hdf          another particle file for the section
 
 What a run did not write is not drawn; exit status 1 if there was nothing to draw.
 """
@@ -31,7 +31,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 
 from . import indentation
 from . import tool_surface
-from .run_data import History, Particles, Unreadable, carried, read_namelists
+from .run_data import History, Particles, Unreadable, carried, read_namelists, snapshot_paths
 
 plt.rcParams.update(
     {
@@ -263,9 +263,10 @@ def snapshots_of(run):
     others beside them."""
     index = run.directory / "particles.xdmf"
     if not index.exists():
-        return sorted(run.directory.glob("particles_*.h5"), key=lambda path: int(path.stem.split("_")[1]))
+        return snapshot_paths(run.directory)
     return [
-        run.directory / name for name in dict.fromkeys(re.findall(r"particles_\d+\.h5", index.read_text()))
+        run.directory / name
+        for name in dict.fromkeys(re.findall(r"particles_\d+\.(?:hdf|h5)", index.read_text()))
     ]
 
 

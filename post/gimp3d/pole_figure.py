@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .run_data import Particles, Unreadable, read_namelists
+from .run_data import Particles, Unreadable, read_namelists, snapshot_paths
 
 # plane of the sheet, rolling direction
 COMPONENTS = {
@@ -145,10 +145,10 @@ def sheet_frame(rolling, normal):
 
 def load(run, options):
     """Orientations in the sheet's frame, volumes and time of a snapshot."""
-    paths = sorted(run.glob("particles_*.h5"))
+    paths = snapshot_paths(run)
     if not paths or not -len(paths) <= options.snapshot < len(paths):
         raise Unreadable(
-            f"{run}: there are {len(paths)} snapshots particles_*.h5, and no number {options.snapshot}"
+            f"{run}: there are {len(paths)} snapshots particles_*.hdf, and no number {options.snapshot}"
         )
     rows = Particles(paths[options.snapshot])
     if "orientation" not in rows.fields:

@@ -5,7 +5,7 @@
 
    --finite-elements FILE.csv   a reference curve beside the load (may be repeated)
    --no-theory                  without the half-space curve
-   --snapshot FILE.h5           another particle file for the pictures
+   --snapshot FILE.hdf          another particle file for the pictures
    --program PATH               the program in the command that repeats the run (./gimp3d)
 
 What a run did not write is said on the page. Exit status 2 where the directory holds no run.
@@ -28,7 +28,7 @@ from . import report_pictures
 from .report_hardness import hardness_sections
 from .report_page import Markup, badge, embedded, image, join, section, si, table, tag, whole
 from .report_worth import judge, look
-from .run_data import History, Particles, Unreadable, depth_of, read_namelists
+from .run_data import History, Particles, Unreadable, depth_of, read_namelists, snapshot_paths
 from .run_log import RunLog
 
 root = Path(__file__).resolve().parents[2]
@@ -99,7 +99,7 @@ class Report:
             if self.snapshot is None:
                 tecplot = any(self.directory.glob("particles_*.dat"))
                 self.missing.append(
-                    "particles_<step>.h5, which sections and surfaces are drawn from: "
+                    "particles_<step>.hdf, which sections and surfaces are drawn from: "
                     + (
                         "the run wrote Tecplot snapshots only (formats='tecplot')"
                         if tecplot
@@ -114,7 +114,7 @@ class Report:
                 self.particles = particles
             else:
                 self.missing.append(f"particles: {self.snapshot.name} holds none")
-            others = len(set(self.directory.glob("particles_*.h5")) - set(mine))
+            others = len(set(snapshot_paths(self.directory)) - set(mine))
             if others:
                 self.problems.append(
                     f"{others} particle files here are not in the run's index: they are of an earlier run, "

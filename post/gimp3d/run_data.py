@@ -3,6 +3,7 @@ used (case.nml)."""
 
 import os
 import re
+from pathlib import Path
 
 import numpy as np
 
@@ -25,6 +26,7 @@ class History:
     rows. A last line that has no end is left out."""
 
     def __init__(self, path):
+        path = Path(path)
         self.zones = 0
         self.notes = {}  # AUXDATA
         names, blocks, in_variables, packed = [], [], False, False
@@ -96,6 +98,15 @@ def carried(history, axis, time, places):
     return point + arm + 2 * np.cross(v, np.cross(v, arm) + w * arm)
 
 
+def snapshot_paths(directory):
+    """The particle files of a run by their steps: `particles_<step>.hdf`, of older versions `.h5`."""
+    found = {}
+    for ending in ("h5", "hdf"):
+        for path in directory.glob(f"particles_*.{ending}"):
+            found[int(path.stem.split("_")[1])] = path
+    return [path for _, path in sorted(found.items())]
+
+
 # the order of the components of a symmetric tensor in histories, and here
 tensor = ["xx", "yy", "zz", "yz", "xz", "xy"]
 
@@ -120,6 +131,8 @@ class Particles:
 
     def __init__(self, path):
         import h5py
+
+        path = Path(path)
 
         try:
             with h5py.File(path, "r") as file:

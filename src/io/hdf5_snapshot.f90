@@ -18,7 +18,7 @@ module m_hdf5_snapshot
 
 contains
 
-   !> Collective: write `<directory>/particles_<step>.h5`. On an error (exit_files) all ranks hold it and no
+   !> Collective: write `<directory>/particles_<step>.hdf`. On an error (exit_files) all ranks hold it and no
    !> file is left.
    subroutine write_hdf5_snapshot(communicator, snapshot, directory, error)
       type(communicator_t), intent(in) :: communicator
@@ -31,7 +31,7 @@ contains
       call snapshot%check(communicator, error)
       if (error%happened()) return
       where_to = snapshot%layout()
-      call file%create(communicator, directory//'/'//snapshot_file_name(snapshot%step, 'h5'), &
+      call file%create(communicator, directory//'/'//snapshot_file_name(snapshot%step, 'hdf'), &
                        table_bytes(snapshot), error)
       if (error%happened()) return
       call put_header(file, snapshot, error)

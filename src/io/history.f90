@@ -20,6 +20,7 @@ module m_history
 
    integer, parameter, public :: history_text_length = 200
    integer, parameter :: value_width = 25
+   integer, parameter :: count_width = 10      ! characters of the number of rows in the header
    integer(i8), parameter :: page = 4096       ! bytes; larger pages are multiples of it
    character(len=1), parameter :: newline = achar(10)
    real(wp), parameter :: flush_every = 1.0_wp ! s
@@ -46,6 +47,7 @@ module m_history
       integer :: columns = 0
       integer :: rows = 0
       integer(i8) :: head = 0 !< bytes before the first row
+      integer(i8) :: count_at = 0 !< byte of the header at which the number of rows stands
       real(wp) :: flushed = 0.0_wp
    contains
       procedure :: open => open_history
@@ -98,9 +100,22 @@ contains
    subroutine flush_rows(self, error)
       class(history_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
-      if (self%is_open) call self%file%flush(error)
+      if (self%is_open) then
+         call self%file%flush(error)
+         if (.not. error%happened()) call put_count(self, self%rows, error)
+      end if
       self%flushed = wall_time()
    end subroutine flush_rows
+
+   !> The number of rows in the header, which is never larger than what is there: I= of the zone.
+   subroutine put_count(self, rows, error)
+      type(history_t), intent(inout) :: self
+      integer, intent(in) :: rows
+      type(error_t), intent(inout) :: error
+      character(len=count_width) :: text
+      text = to_text(rows)
+      call self%file%overwrite(self%count_at, text, error)
+   end subroutine put_count
 
    !> Wait until all rows are on the disk. Rank 0 may get an error.
    subroutine sync(self, error)
@@ -145,6 +160,7 @@ contains
       do row = 1, self%rows
          bytes = bytes + length + blanks_after(bytes + length, length)
       end do
+      call put_count(self, self%rows, error)
       call self%file%take_back(self%file%bytes() - bytes, error)
    end subroutine take_back
 
@@ -177,6 +193,7 @@ contains
       class(history_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
       if (.not. self%is_open) return
+      call self%flush(error)
       self%is_open = .false.
       call self%file%close(error)
    end subroutine close_history
@@ -194,7 +211,9 @@ contains
       end do
       line = 'TITLE='//quoted(header%title)//newline//line//newline//'ZONE T='//quoted(header%zone)// &
              ', STRANDID='//to_text(header%strand)//', SOLUTIONTIME='//exact_text(header%solution_time)// &
-             ', DATAPACKING=POINT'
+             ', I='
+      self%count_at = len(line, i8)
+      line = line//'0'//repeat(' ', count_width - 1)//', DATAPACKING=POINT'
       if (allocated(header%notes)) then
          do c = 1, size(header%notes)
             note = trim(header%notes(c))
@@ -247,7 +266,7 @@ contains
          call put_row(self, line(first:last), error)
       end do
       close (old)
-      if (.not. error%happened()) call self%file%flush(error)
+      if (.not. error%happened()) call self%flush(error)
       if (.not. error%happened()) call sync_file(part_name(self%path), ignored)
    end subroutine carry_over
 

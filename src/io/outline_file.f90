@@ -1,4 +1,5 @@
-!> Where the contact of a tool ends, at the time of a snapshot: a Tecplot zone of points.
+!> Where the contact of a tool ends, at the time of a snapshot: a Tecplot zone of points, which count along J
+!> (VTK's reader gives nothing for a zone that is long in I alone).
 module m_outline_file
    use m_kinds, only: wp
    use m_errors, only: error_t
@@ -33,9 +34,9 @@ contains
       path = directory//'/outline_'//tool//'_'//step_digits(step)//'.dat'
       if (communicator%is_root()) then
          call file%open(path, error)
-         call file%put('TITLE='//quoted(title)//newline//'VARIABLES="x [m]", "y [m]", "z [m]"'//newline// &
+         call file%put('TITLE='//quoted(title)//newline//'VARIABLES="X(m)", "Y(m)", "Z(m)"'//newline// &
                        'ZONE T='//quoted('contact of '//tool)//', STRANDID=1, SOLUTIONTIME='// &
-                       exact_text(time)//', I='//to_text(size(outline, 2))//', DATAPACKING=POINT', &
+                       exact_text(time)//', I=1, J='//to_text(size(outline, 2))//', K=1, DATAPACKING=POINT', &
                        error)
          do n = 1, size(outline, 2)
             write (line, '(3(1x,es24.16e3))') outline(:, n)

@@ -1,5 +1,6 @@
 !> Snapshots in Tecplot ASCII, as Tecplot, ParaView and VTK open them: one zone a level, block packing, the
-!> zone record on one line. Every value takes one line of fixed width, so that each rank knows where its own
+!> zone record on one line. The id stands there whole, and as three numbers of 24 bits, which stay what they
+!> are in single precision. Every value takes one line of fixed width, so that each rank knows where its own
 !> go and writes them itself.
 module m_tecplot_snapshot
    use mpi_f08
@@ -16,6 +17,7 @@ module m_tecplot_snapshot
 
    integer, parameter :: width = 25            ! characters of a value, the end of its line counted
    integer, parameter :: chunk = 65536         ! values that a rank holds as text at a time
+   integer, parameter :: single_bits = 24      ! of a number of single precision, in which VTK reads the file
    character(len=*), parameter :: real_format = '(es24.16e3)', integer_format = '(i24)'
 
    ! The file being written: the zone that has been begun, and the types that lead a rank's lines to their
@@ -115,7 +117,8 @@ contains
       integer :: f, c
       header = 'TITLE='//quoted(snapshot%title//', step '//to_text(snapshot%step)//', time '// &
                                 exact_text(snapshot%time)//' s')//newline
-      header = header//'VARIABLES="X(m)", "Y(m)", "Z(m)", "id [-]"'
+      header = header//'VARIABLES="X(m)", "Y(m)", "Z(m)", "id [-]", "id_high [-]", "id_middle [-]", '// &
+               '"id_low [-]"'
       do f = 1, size(snapshot%fields)
          unit = snapshot%fields(f)%unit
          if (len_trim(unit) == 0) unit = '-'
@@ -143,7 +146,7 @@ contains
    !> Number of values a particle has in the file.
    pure integer(i8) function blocks(snapshot)
       type(snapshot_t), intent(in) :: snapshot
-      blocks = 4_i8 + sum(snapshot%fields(:)%components)
+      blocks = 7_i8 + sum(snapshot%fields(:)%components)
    end function blocks
 
    subroutine open_table(table, communicator, path, error)
@@ -214,6 +217,9 @@ contains
          call put_block(table, path, error, reals=snapshot%position(:, c))
       end do
       call put_block(table, path, error, ids=snapshot%id)
+      call put_block(table, path, error, ids=shiftr(snapshot%id, 2*single_bits))
+      call put_block(table, path, error, ids=iand(shiftr(snapshot%id, single_bits), 2_i8**single_bits - 1))
+      call put_block(table, path, error, ids=iand(snapshot%id, 2_i8**single_bits - 1))
       do f = 1, size(snapshot%fields)
          do c = 1, snapshot%fields(f)%components
             call put_block(table, path, error, reals=snapshot%fields(f)%values(:, c))

@@ -27,6 +27,7 @@ module m_text_file
       procedure :: put
       procedure :: flush => flush_file
       procedure :: take_back
+      procedure :: overwrite
       procedure :: bytes
       procedure :: close => close_file
       procedure, private :: hand_over
@@ -50,6 +51,13 @@ module m_text_file
          character(kind=c_char), intent(in) :: bytes(*)
          integer(c_size_t), value :: count
       end function c_write
+      integer(c_size_t) function c_pwrite(descriptor, bytes, count, offset) bind(c, name='pwrite')
+         import :: c_char, c_int, c_size_t, c_long
+         integer(c_int), value :: descriptor
+         character(kind=c_char), intent(in) :: bytes(*)
+         integer(c_size_t), value :: count
+         integer(c_long), value :: offset
+      end function c_pwrite
       integer(c_long) function c_lseek(descriptor, offset, whence) bind(c, name='lseek')
          import :: c_int, c_long
          integer(c_int), value :: descriptor, whence
@@ -130,6 +138,17 @@ contains
       call self%flush(error)
       call self%cut(self%written - bytes, error)
    end subroutine take_back
+
+   !> Put other text in the place of what has been handed to the system, from byte `at` (0-based) on.
+   subroutine overwrite(self, at, text, error)
+      class(text_file_t), intent(inout) :: self
+      integer(i8), intent(in) :: at
+      character(len=*), intent(in) :: text
+      type(error_t), intent(inout) :: error
+      integer(c_size_t) :: count
+      count = c_pwrite(self%descriptor, text, len(text, c_size_t), int(at, c_long))
+      if (count /= len(text)) call self%complain(error)
+   end subroutine overwrite
 
    !> Length of the file with what waits, bytes.
    pure integer(i8) function bytes(self)

@@ -70,7 +70,7 @@ contains
       character(len=:), allocatable :: text
       character(len=:), allocatable :: file, points
       integer :: f
-      file = snapshot_file_name(snapshot%step, 'h5')
+      file = snapshot_file_name(snapshot%step, 'hdf')
       points = to_text(snapshot%n_total)
       text = 'GridType="Uniform">'//newline// &
              '     <Time Value="'//exact_text(snapshot%time)//'"/>'//newline// &

@@ -114,7 +114,7 @@ contains
       call file%open(self%path, error)
       if (error%happened()) return
       call file%put('<?xml version="1.0" ?>'//newline//'<!DOCTYPE Xdmf SYSTEM "Xdmf.dtd" []>'//newline// &
-                    '<Xdmf Version="2.0">'//newline//' <Domain>', error)
+                    '<Xdmf Version="3.0">'//newline//' <Domain>', error)
       call file%put('  <Grid Name="'//self%name//'" GridType="Collection" CollectionType="Temporal">', error)
       do e = 1, size(self%entries)
          call file%put(self%entries(e)%text, error)
@@ -134,13 +134,22 @@ contains
       if (error%happened()) return
       call file%put('{'//newline//'  "file-series-version": "1.0",'//newline//'  "files": [', error)
       do e = 1, size(self%entries)
-         call file%put('    {"name": "'//snapshot_file_name(self%entries(e)%step, 'h5')//'", "time": '// &
-                       time_in(self%entries(e)%text)//trim(merge('},', '} ', e < size(self%entries))), error)
+         call file%put('    {"name": "'//file_in(self%entries(e))//'", "time": '//time_in( &
+                       self%entries(e)%text)//trim(merge('},', '} ', e < size(self%entries))), error)
       end do
       call file%put('  ]'//newline//'}', error)
       call file%close(error)
       call publish_part(self%series, error)
    end subroutine write_series
+
+   !> The snapshot that an entry points into: of runs of older versions that go on, `.h5`.
+   pure function file_in(entry) result(name)
+      type(entry_t), intent(in) :: entry
+      character(len=:), allocatable :: name
+      name = snapshot_file_name(entry%step, 'hdf')
+      if (index(entry%text, '>'//snapshot_file_name(entry%step, 'h5')//':') > 0) &
+         name = snapshot_file_name(entry%step, 'h5')
+   end function file_in
 
    !> The time of an entry, as it stands there.
    pure function time_in(text) result(time)

@@ -140,7 +140,7 @@ def of_each(run, friction):
         what: np.cumsum(np.stack([rows[f"{what}_{axis}"] for axis in "xyz"], axis=1) * steps, axis=0)
         for what in ("force", "moment")
     }
-    shots = [Particles(path) for path in sorted(run.directory.glob("particles_*.h5"))]
+    shots = [Particles(path) for path in sorted(run.directory.glob("particles_*.hdf"))]
 
     def sums(one, body):
         own = one["body"] == body

@@ -52,7 +52,7 @@ class Run:
         return rows["time"], np.stack([rows[f"force_{axis}"] for axis in "xyz"], axis=1)
 
     def last(self):
-        return Particles(sorted(self.directory.glob("particles_*.h5"))[-1])
+        return Particles(sorted(self.directory.glob("particles_*.hdf"))[-1])
 
     def said(self, pattern):
         """A number of the closing summary."""

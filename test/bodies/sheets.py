@@ -9,7 +9,7 @@ THICK, LONG = 3e-3, 24e-3  # m, of a sheet
 def end_of(run, body):
     """The middle of the end of a sheet (m) and the direction along the sheet there, by a linear map of its
     particles, x and z."""
-    first, last = (Particles(sorted(run.directory.glob("particles_*.h5"))[n]) for n in (0, -1))
+    first, last = (Particles(sorted(run.directory.glob("particles_*.hdf"))[n]) for n in (0, -1))
     order = {one: n for n, one in enumerate(last.ids)}
     row = (first["body"] == body) & (first["position"][:, 0] > LONG - 1.5e-3)
     now = last["position"][[order[one] for one in first.ids[row]]][:, [0, 2]]

@@ -51,7 +51,7 @@ def block_on_base(
 def motion(run, body=2):
     """Times, place and velocity along the base of the middle of a body."""
     rows = []
-    for path in sorted(run.directory.glob("particles_*.h5")):
+    for path in sorted(run.directory.glob("particles_*.hdf")):
         one = Particles(path)
         own = one["body"] == body
         rows.append(
@@ -128,7 +128,7 @@ def turned(name, angle, ratio, friction=FRICTION, steps=6000, domain="fixed", da
 def along_of(run, along):
     """Time, and place and velocity along the interface of the block's lowest layers over those of the base's
     highest below it: means over the same particles, for the base sways."""
-    shots = [Particles(path) for path in sorted(run.directory.glob("particles_*.h5"))]
+    shots = [Particles(path) for path in sorted(run.directory.glob("particles_*.hdf"))]
     normal = np.array([-along[2], 0, along[0]])
     first = shots[0]
     height = first["position"] @ normal

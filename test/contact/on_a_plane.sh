@@ -48,7 +48,7 @@ print(f"   load on a floor on a node plane: {-load['load_z'][late].max():.6f} to
 check("load at rest on a node plane, over the weight", (abs(load["load_z"][late]) / weight - 1), 1e-4)
 check("energy balance there", energy("on_plane")["balance_error"], 0.1)
 for name, floor in (("above", 0.10125), ("below", 0.09875), ("middle", 0.1125), ("at_plane", 0.1)):
-    with h5py.File(max(Path(name).glob("particles_*.h5"))) as file:
+    with h5py.File(max(Path(name).glob("particles_*.hdf"))) as file:
         x, stress = file["VTKHDF/Points"][:], file["VTKHDF/PointData/stress"][:, 2]
     layers = np.array([stress[abs(x[:, 2] - floor - (0.5 + n)*0.0125) < 0.004].mean() for n in range(2)])
     ratio = layers/(-1000*9.81*(0.1 - (np.arange(2) + 0.5)*0.0125))

@@ -3,8 +3,8 @@
 
    compare.py [options] REFERENCE RESULT
 
-Both are histories (.dat, Tecplot ASCII, point packing), particle files (.h5, compared by particle id), or
-directories, in which every .dat and .h5 of either must be in both. A value may differ by its tolerance times
+Both are histories (.dat, Tecplot ASCII, point packing), particle files (.hdf or .h5, compared by particle id), or
+directories, in which every .dat and .hdf of either must be in both. A value may differ by its tolerance times
 the column's scale, which is the largest magnitude of the column in the reference (of the whole vector or
 tensor for particle fields). A NaN, an infinity, a missing or an extra column, row, particle or file is a
 difference.
@@ -79,7 +79,7 @@ def compare_files(reference, result, options):
             return [f"{path}: no such file"]
     where = str(result)
     try:
-        if reference.suffix == ".h5":
+        if reference.suffix in (".hdf", ".h5"):
             ids, expected = sorted_fields(Particles(reference), reference)
             found_ids, value = sorted_fields(Particles(result), result)
             missing, extra = np.setdiff1d(ids, found_ids), np.setdiff1d(found_ids, ids)
@@ -116,7 +116,7 @@ def compare(reference, result, options):
         path.relative_to(top)
         for top in (reference, result)
         for path in top.rglob("*")
-        if path.suffix in (".dat", ".h5")
+        if path.suffix in (".dat", ".hdf", ".h5")
     }
     if not names:
         return [f"{reference}: nothing to compare"], 0

@@ -97,7 +97,7 @@ def main():
     stress = np.zeros((len(points), 6))
     stress[:, 2], stress[:, 4] = -3 * z**3 * decay, -3 * points[:, 0] * z**2 * decay
     for step in (0, 900, 1000):
-        with h5py.File(directory / f"particles_{step:08d}.h5", "w") as file:
+        with h5py.File(directory / f"particles_{step:08d}.hdf", "w") as file:
             file.attrs["time"] = time[-1] * step / 1000
             group = file.create_group("VTKHDF")
             group["Points"] = points

@@ -34,7 +34,7 @@ sed -i '$d' planted/tool_flat.dat
 rm planted/tool_wedge.dat
 "$PYTHON" -c '
 import glob, h5py
-with h5py.File(max(glob.glob("planted/*.h5")), "r+") as file:
+with h5py.File(max(glob.glob("planted/*.hdf")), "r+") as file:
     file["VTKHDF/PointData/domain"][17, 4] *= 1.1'
 check corners stretch fixed planted || true
 for words in 'FAILED planted: flat at 0.02 s: its tip: off by 0.05' 'FAILED planted: flat at 0.02 s: off' \
@@ -45,7 +45,7 @@ done
 
 mkdir empty
 cp corners/case.nml corners/particles.hdf.series empty
-sed -i '/h5/d' empty/particles.hdf.series
+sed -i '/hdf",/d' empty/particles.hdf.series
 refused 'no such directory' absent
 refused 'not written a snapshot yet' empty
 if ! python3 -c 'import paraview' 2>/dev/null; then

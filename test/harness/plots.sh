@@ -28,7 +28,7 @@ if cmp -s levels/section.png sphere/section.png; then fail 'the edges of levels 
 
 # a snapshot that the run's index does not name is an older run's
 cp sphere/section.png at_the_end.png
-echo '<Grid><DataItem>particles_00000000.h5:/VTKHDF/Points</DataItem><DataItem>particles_00000900.h5:/VTKHDF/Points</DataItem></Grid>' \
+echo '<Grid><DataItem>particles_00000000.hdf:/VTKHDF/Points</DataItem><DataItem>particles_00000900.hdf:/VTKHDF/Points</DataItem></Grid>' \
    >sphere/particles.xdmf
 plots sphere || { cat out.log; fail 'pictures of a run with an older snapshot beside its own'; }
 if cmp -s sphere/section.png at_the_end.png; then fail 'a snapshot of an older run is drawn'; fi

@@ -20,7 +20,7 @@ failures = 0
 
 def surface(directory):
     """Height of the surface (um) in rings and sectors: that of the highest particle's upper side."""
-    fields = Particles(sorted(Path(directory).glob("particles_*.h5"))[-1]).fields
+    fields = Particles(sorted(Path(directory).glob("particles_*.hdf"))[-1]).fields
     place = 1e6 * fields["position"] - MIDDLE
     top = place[:, 2] + 1e6 * np.abs(fields["domain"][:, 2::3]).sum(axis=1)
     radius, angle = np.hypot(place[:, 0], place[:, 1]), np.arctan2(place[:, 1], place[:, 0])

@@ -197,7 +197,7 @@ def fabricate(
         for step, (i, unloaded) in enumerate(((0, False), (at, False), (depth.size - 1, True))):
             if i < peak or not unloaded or force[-1] <= 0:
                 particle_file(
-                    directory / f"particles_{step:08d}.h5",
+                    directory / f"particles_{step:08d}.hdf",
                     time[i],
                     depth[i] if not unloaded else deepest,
                     unloaded,

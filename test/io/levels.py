@@ -36,7 +36,7 @@ def check_zones(run):
     """A zone for each level with particles, which holds those that have its number in the HDF5 file; a strand
     of its own."""
     most = 0
-    for path in sorted(run.glob("particles_*.h5")):
+    for path in sorted(run.glob("particles_*.hdf")):
         with h5py.File(path, "r") as file:
             level = file["VTKHDF/PointData/level"][()].reshape(-1)
             position, ids = file["VTKHDF/Points"][()], file["VTKHDF/PointData/id"][()]
@@ -71,7 +71,7 @@ def check_zones(run):
 def check_outlines(run):
     reader = vtk.vtkXdmfReader()
     times = times_in(reader, f"{run}/levels.xdmf")
-    need(len(times) == len(list(run.glob("particles_*.h5"))), f"{run}: {len(times)} times")
+    need(len(times) == len(list(run.glob("particles_*.hdf"))), f"{run}: {len(times)} times")
     for time in times:
         reader.UpdateTimeStep(time)
         grids = vtk_grids(reader.GetOutputDataObject(0), f"{run}/levels.xdmf")
@@ -111,7 +111,7 @@ def check_words(run, log):
         [(int(n), int(cells)) for n, cells, _, _ in lines] == [(1, 7168), (2, 13824), (3, 24576)],
         f"{log}: {lines}",
     )
-    with h5py.File(min(run.glob("particles_*.h5")), "r") as file:
+    with h5py.File(min(run.glob("particles_*.hdf")), "r") as file:
         level = file["VTKHDF/PointData/level"][()]
     need_equal(
         [int(held) for _, _, held, _ in lines],

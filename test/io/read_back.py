@@ -19,7 +19,7 @@ from vtk.util.numpy_support import vtk_to_numpy
 from made_up import STEPS, in_file_order, levels, names_of, particles, time_of, unit_of
 from gimp3d.run_data import Particles
 
-TECPLOT = ["X(m)", "Y(m)", "Z(m)", "id [-]"] + [
+TECPLOT = ["X(m)", "Y(m)", "Z(m)", "id [-]", "id_high [-]", "id_middle [-]", "id_low [-]"] + [
     f"{part} [{unit_of(name) or '-'}]" for name in particles(0)[3] for part in names_of(name)
 ]
 
@@ -225,7 +225,7 @@ def check_series(path):
         list(series) == ["file-series-version", "files"] and series["file-series-version"] == "1.0",
         f"{path}: {list(series)}",
     )
-    files = [{"name": f"particles_{step:08d}.h5", "time": time_of(step)} for step in STEPS]
+    files = [{"name": f"particles_{step:08d}.hdf", "time": time_of(step)} for step in STEPS]
     need(series["files"] == files, f"{path}: {series['files']}")
 
 
@@ -283,7 +283,8 @@ def check_tecplot(path, step, zones=None):
     """Header and every value by numpy; then what VTK's reader makes of it. `zones`: number and particles of
     each, else one."""
     count, position, ids, fields = particles(step)
-    table = numpy.hstack([position, *fields.values()])
+    bits = numpy.stack([ids >> 48, ids >> 24 & 2**24 - 1, ids & 2**24 - 1], axis=1)
+    table = numpy.hstack([position, bits, *fields.values()])
     with open(path, encoding="ascii") as file:
         title, variables = (file.readline().rstrip("\n") for _ in range(2))
         body = file.read()
@@ -342,7 +343,7 @@ def check_tecplot_levels(path, step):
 
 def check_empty(directory):
     """No particles: an empty grid, and a header without a zone."""
-    path = f"{directory}/particles_00000007.h5"
+    path = f"{directory}/particles_00000007.hdf"
     reader = vtk.vtkHDFReader()
     complaints = Complaints(reader)
     reader.SetFileName(path)
@@ -427,7 +428,7 @@ def tables(path):
 
 def check_same(path, other):
     """The same bytes; for HDF5 the same tables and attributes, bit by bit."""
-    if path.endswith(".h5"):
+    if path.endswith(".hdf"):
         one, two = tables(path), tables(other)
         need(list(one) == list(two), f"{other}: other tables")
         for name, value in one.items():
@@ -486,7 +487,7 @@ def damage(kind, path):
 
 def plants(top):
     """Name, file, damage, and the check that must find it."""
-    h5, dat, xdmf = "run/particles_00000010.h5", "run/particles_00000010.dat", "run/particles.xdmf"
+    h5, dat, xdmf = "run/particles_00000010.hdf", "run/particles_00000010.dat", "run/particles.xdmf"
     for kind in ("truncated", "missing", "wrong id", "nan", "swapped"):
         yield f"{kind} h5, h5py", h5, kind, lambda d: check_hdf5(f"{d}/{h5}", 10)
     for kind in ("truncated", "wrong id", "nan", "swapped", "other order"):
@@ -509,14 +510,14 @@ def plants(top):
     yield (
         "index of a missing step",
         xdmf,
-        ("20.h5:/VTKHDF/PointData/density", "10.h5:/VTKHDF/PointData/density"),
+        ("20.hdf:/VTKHDF/PointData/density", "10.hdf:/VTKHDF/PointData/density"),
         lambda d: check_xdmf(f"{d}/{xdmf}"),
     )
     series = "run/particles.hdf.series"
     for kind in ("truncated", "missing", ("time\": 1.2", "time\": 1.3"), ("00000030", "00000025")):
         yield f"{kind} series", series, kind, lambda d: check_series(f"{d}/{series}")
     boxes, zones, outlines = (
-        "levels/particles_00000010.h5",
+        "levels/particles_00000010.hdf",
         "levels/particles_00000010.dat",
         "levels/levels.xdmf",
     )
@@ -580,17 +581,17 @@ def checks(directories):
     top = directories[0]
     for step in STEPS:
         path = f"{top}/run/particles_{step:08d}"
-        yield f"h5py, step {step}", lambda path=path, step=step: check_hdf5(path + ".h5", step)
-        yield f"vtkHDFReader, step {step}", lambda path=path, step=step: check_vtkhdf(path + ".h5", step)
-        yield f"tensors, step {step}", lambda path=path, step=step: check_tensors(path + ".h5", step)
+        yield f"h5py, step {step}", lambda path=path, step=step: check_hdf5(path + ".hdf", step)
+        yield f"vtkHDFReader, step {step}", lambda path=path, step=step: check_vtkhdf(path + ".hdf", step)
+        yield f"tensors, step {step}", lambda path=path, step=step: check_tensors(path + ".hdf", step)
         yield f"Tecplot, step {step}", lambda path=path, step=step: check_tecplot(path + ".dat", step)
         path = f"{top}/levels/particles_{step:08d}"
-        yield f"h5py, levels, step {step}", lambda path=path, step=step: check_hdf5(path + ".h5", step)
+        yield f"h5py, levels, step {step}", lambda path=path, step=step: check_hdf5(path + ".hdf", step)
         yield (
             f"vtkHDFReader, levels, step {step}",
-            lambda path=path, step=step: check_vtkhdf(path + ".h5", step),
+            lambda path=path, step=step: check_vtkhdf(path + ".hdf", step),
         )
-        yield f"boxes, step {step}", lambda path=path, step=step: check_boxes(path + ".h5", step)
+        yield f"boxes, step {step}", lambda path=path, step=step: check_boxes(path + ".hdf", step)
         yield (
             f"Tecplot, a zone a level, step {step}",
             lambda path=path, step=step: check_tecplot_levels(path + ".dat", step),
@@ -619,13 +620,13 @@ def checks(directories):
         f"{run}/particles_{step:08d}.{kind}"
         for run in ("run", "levels")
         for step in STEPS
-        for kind in ("h5", "dat")
+        for kind in ("hdf", "dat")
     ] + [
         "run/particles.xdmf",
         "run/particles.hdf.series",
         "levels/particles.xdmf",
         "levels/levels.xdmf",
-        "empty/particles_00000007.h5",
+        "empty/particles_00000007.hdf",
         "empty/particles_00000007.dat",
         "curve.dat",
         "again.dat",

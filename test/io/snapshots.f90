@@ -106,7 +106,7 @@ contains
       call write_tecplot_snapshot(comm, snapshot, top//'/run', third)
       call test%check(third%status == exit_numerical, 'particles that are on no level are refused', &
                       message_of(third))
-      call test%check(.not. is_there(top//'/run/'//snapshot_file_name(99, 'h5')), &
+      call test%check(.not. is_there(top//'/run/'//snapshot_file_name(99, 'hdf')), &
                       'nothing is left of a refused snapshot')
    end subroutine wrong_runs
 
@@ -116,7 +116,7 @@ contains
 
    !> Where the file should go there is a directory: it is written, but cannot get its name.
    subroutine name_taken()
-      call make_directory(top//'/run/'//snapshot_file_name(97, 'h5'), ok)
+      call make_directory(top//'/run/'//snapshot_file_name(97, 'hdf'), ok)
       call make_directory(top//'/run/'//snapshot_file_name(97, 'dat'), ok)
       call both_fail(top//'/run', 97, 'renamed')
    end subroutine name_taken
@@ -140,7 +140,7 @@ contains
       type(error_t) :: error(2)
       type(snapshot_t) :: snapshot
       integer :: n
-      character(len=3), parameter :: extensions(2) = ['h5 ', 'dat']
+      character(len=3), parameter :: extensions(2) = ['hdf', 'dat']
       character(len=:), allocatable :: path
       snapshot = made_up_snapshot(comm, step, 0, .true.)
       call write_hdf5_snapshot(comm, snapshot, directory, error(1))

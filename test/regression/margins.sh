@@ -64,14 +64,14 @@ refused 'a body without particles' "line 5, &body shape='sphere': the body holds
 # what an older run left is not taken for the new one's, also where that ends by a fault: its index, its cost.dat
 { head_of 1e-3; echo "$block, velocity=0,0,1 / &output directory='used', every=5e-4 /"; } >older.nml
 run_scene 1 older.nml || fail 'a run with snapshots'
-grep -q 'particles_.*h5' used/particles.xdmf || fail 'the index of a run with snapshots names none'
+grep -q 'particles_.*hdf' used/particles.xdmf || fail 'the index of a run with snapshots names none'
 cp used/cost.dat cost_before.dat
 sed "s:&output.*:\&output directory='used', formats='none' /:" jump.nml >newer.nml
 echo "&output directory='used', formats='none' /" >>newer.nml
 status=0
 "$GIMP3D" <newer.nml >newer.log 2>&1 || status=$?
 [ $status -eq 3 ] || { cat newer.log; fail "a fault in a used directory: status $status"; }
-! grep -q 'particles_.*h5' used/particles.xdmf || fail 'the index still names snapshots of the older run'
+! grep -q 'particles_.*hdf' used/particles.xdmf || fail 'the index still names snapshots of the older run'
 [ -e used/cost.dat ] || fail 'a run that ends by a fault has written no cost.dat'
 ! cmp -s used/cost.dat cost_before.dat || fail 'cost.dat is still that of the older run'
 grep -q 'figures of this summary are of the last good state' newer.log || fail 'the summary does not say of which state it is'

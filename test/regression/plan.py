@@ -49,7 +49,7 @@ def main():
                 r"^flight     at most (\d+) node blocks and (\d+) particles", plan, "flight"
             ).groups()
         ]
-        with h5py.File(max(directory.glob("particles_*.h5"))) as file:
+        with h5py.File(max(directory.glob("particles_*.hdf"))) as file:
             there = [
                 int(
                     find(
@@ -77,7 +77,7 @@ def main():
     if abs(float(time) - before - rows) > 0.002 + 0.02 * float(time):
         wrong.append(f"{time} s were planned, {before} s until the first step and {rows} s in the rows")
     snapshots = int(find(r"^output     (\d+) snapshots", plan, "output")[1])
-    written = len(list(directory.glob("particles_*.h5")))
+    written = len(list(directory.glob("particles_*.hdf")))
     if snapshots != written:
         wrong.append(f"{snapshots} snapshots were planned, {written} written")
     rows = {

@@ -45,7 +45,7 @@ def vector(history, name):
 
 
 def snapshots(directory):
-    paths = sorted(Path(directory).glob("particles_*.h5"))
+    paths = sorted(Path(directory).glob("particles_*.hdf"))
     require(f"{directory}: snapshots", len(paths) > 1)
     return [Particles(path) for path in paths]
 
@@ -97,7 +97,7 @@ def same_bits(one, other):
     names = [
         sorted(
             path.name
-            for pattern in ("particles_*.h5", "energy.dat", "probe_*.dat")
+            for pattern in ("particles_*.hdf", "energy.dat", "probe_*.dat")
             for path in Path(run).glob(pattern)
         )
         for run in (one, other)

@@ -61,7 +61,7 @@ for domain in ("stretch", "corners"):
 # what compares bits must see one
 import h5py, shutil
 shutil.copytree("usl_1", "planted")
-with h5py.File(sorted(Path("planted").glob("particles_*.h5"))[-1], "r+") as file:
+with h5py.File(sorted(Path("planted").glob("particles_*.hdf"))[-1], "r+") as file:
     file["VTKHDF/Points"][5, 1] = np.nextafter(file["VTKHDF/Points"][5, 1], 9)
 import runs, io, contextlib
 before = runs.failures

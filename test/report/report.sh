@@ -29,10 +29,10 @@ copy broken
 sed -i '6s/^ *\([^ ]*\) .*/\1/' broken/tool_cone.dat
 sed -i '$s/  *[^ ]*/  NaN/2' broken/energy.dat
 echo '{"max_depth": ' >broken/hardness.json
-for file in broken/particles_*.h5; do echo 'no HDF5' >"$file"; done
+for file in broken/particles_*.hdf; do echo 'no HDF5' >"$file"; done
 copy older
 rm older/*.dat
-cp older/particles_00000000.h5 older/particles_99999999.h5
+cp older/particles_00000000.hdf older/particles_99999999.hdf
 copy alarmed
 {
    sed '/^finished: /,$d' run/run.log

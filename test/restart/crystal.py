@@ -31,7 +31,9 @@ for ranks in (1, 2):
     log = run(ranks, text(f"on_{ranks}", grains=MANY))
     if ranks > 1:
         same(f"{ranks} ranks", "on_1", f"on_{ranks}")
-first, last = (everything(path) for path in (sorted(Path("on_1").glob("particles_*.h5"))[i] for i in (0, -1)))
+first, last = (
+    everything(path) for path in (sorted(Path("on_1").glob("particles_*.hdf"))[i] for i in (0, -1))
+)
 field = "VTKHDF/PointData/"
 soft = last[field + "body"].ravel() == 1
 require("particles were split", len(last[field + "id"]) > len(first[field + "id"]))
@@ -64,7 +66,7 @@ same("stopped on 1 rank, taken up on 2", "on_1", "stopped")
 alike = "&grains lower=0.5,0.5,0.5, upper=0.7,0.8,0.8, orientations=" + ",".join(["10,35,20"] * 5) + " /"
 run(1, text("alike", grains=alike))
 run(1, text("single", orientation="orientation=10,35,20"))
-a, b = (everything(sorted(Path(name).glob("particles_*.h5"))[-1]) for name in ("alike", "single"))
+a, b = (everything(sorted(Path(name).glob("particles_*.hdf"))[-1]) for name in ("alike", "single"))
 require(
     "no seam: grains of one orientation are one crystal, to the bit",
     all(np.array_equal(a[name], b[name]) for name in b if name.startswith(field) and "@" not in name),
@@ -93,7 +95,7 @@ run(
     ),
 )
 run(1, text("angles", orientation="orientation=10,35,20", end=END / 10))
-a, b = (everything(sorted(Path(name).glob("particles_*.h5"))[-1]) for name in ("axes", "angles"))
+a, b = (everything(sorted(Path(name).glob("particles_*.hdf"))[-1]) for name in ("axes", "angles"))
 for name in ("orientation", "stress", "ipf_colour"):
     off = np.abs(a[field + name] - b[field + name]).max() / np.abs(b[field + name]).max()
     require(
@@ -134,7 +136,7 @@ with h5py.File("voxels.h5", "w") as file:
 for ranks in (1, 2):
     run(ranks, text(f"voxels_{ranks}", "every_steps=9", grains=f"{BOX}, file='voxels.h5' /", end=END / 20))
 same("voxels on 2 ranks", "voxels_1", "voxels_2")
-start = everything(sorted(Path("voxels_1").glob("particles_*.h5"))[0])
+start = everything(sorted(Path("voxels_1").glob("particles_*.hdf"))[0])
 place, grain = start["VTKHDF/Points"], start[field + "grain"].ravel().astype(int)
 inside = np.all((place > [0.5, 0.5, 0.5]) & (place < [0.7, 0.8, 0.8]), axis=1) & (
     start[field + "body"].ravel() == 1

@@ -206,12 +206,12 @@ def differences(one, other):
         or path.suffix in (".part", ".xdmf")
         or (path.suffix == ".dat" and path.name != "cost.dat")
     }
-    if not any(name.endswith(".h5") for name in names) or "energy.dat" not in names:
+    if not any(name.endswith(".hdf") for name in names) or "energy.dat" not in names:
         found.append("nothing to compare")
     for name in sorted(names):
         if not (one / name).exists() or not (other / name).exists():
             found.append(f"{name} is in one of them only")
-        elif name.endswith(".h5"):
+        elif name.endswith((".h5", ".hdf")):
             a, b = everything(one / name), everything(other / name)
             found += [
                 f"{name} {key}"

@@ -40,9 +40,9 @@ def chain(name, text, directory, ranks, straight):
 for name, text in TEXTS.items():
     straight = f"{name}_straight"
     log = run(1, scene(text, straight, end=ENDS[name]), what=name)
-    whole = everything(sorted(Path(straight).glob("particles_*.h5"))[-1])
+    whole = everything(sorted(Path(straight).glob("particles_*.hdf"))[-1])
     if name == "splitting":
-        first = everything(sorted(Path(straight).glob("particles_*.h5"))[0])
+        first = everything(sorted(Path(straight).glob("particles_*.hdf"))[0])
         require(
             "splitting: particles were split",
             len(whole["VTKHDF/PointData/id"]) > len(first["VTKHDF/PointData/id"]),
@@ -129,12 +129,12 @@ with h5py.File(checkpoints("spread_on_4")[-1]) as file:
         f"{sorted(set(owner[touching].tolist()))}",
         len(set(owner[touching])) == 4,
     )
-whole = everything(sorted(Path("spread").glob("particles_*.h5"))[-1])
+whole = everything(sorted(Path("spread").glob("particles_*.hdf"))[-1])
 require("spread: there was plastic flow", whole["VTKHDF/PointData/plastic_strain"].max() > 1e-3)
 
 # what compares bits must see one
 shutil.copytree("levels_straight", "planted")
-with h5py.File(sorted(Path("planted").glob("particles_*.h5"))[-1], "r+") as file:
+with h5py.File(sorted(Path("planted").glob("particles_*.hdf"))[-1], "r+") as file:
     file["VTKHDF/Points"][5, 1] = np.nextafter(file["VTKHDF/Points"][5, 1], 9)
 require("planted: one changed bit is noticed", len(differences("levels_straight", "planted")) == 1)
 finish()

@@ -31,7 +31,7 @@ for ranks in (1, 2):
     process = start(ranks, run_text)
     require(
         f"{ranks} ranks: it begins",
-        wait_for(lambda: len(list(Path("watched").glob("particles_*.h5"))) > 1, process),
+        wait_for(lambda: len(list(Path("watched").glob("particles_*.hdf"))) > 1, process),
     )
     rows, faults = 0, set()
     wait_for(lambda: len(read("tool_ball.dat")) > 5, process)

@@ -58,7 +58,7 @@ run.number = 1
 def bad_values(directory):
     """Files in which something is not finite, and parts of files."""
     found = [str(path) for path in directory.glob("*.part")]
-    for path in directory.glob("*.h5"):
+    for path in [*directory.glob("*.hdf"), *directory.glob("*.h5")]:
         with h5py.File(path) as file:
             file.visititems(
                 lambda name, item: (
@@ -106,7 +106,7 @@ def ends(what, plant, text, sentence, ranks=(1, 2), level=1, retries=3, **option
         require(
             f"{name}: the last good state is on the disk",
             step
-            and (directory / f"particles_{int(step[1]):08d}.h5").exists()
+            and (directory / f"particles_{int(step[1]):08d}.hdf").exists()
             and (directory / f"checkpoint_{int(step[1]):012d}.h5").exists(),
         )
         require(f"{name}: {bad_values(directory) or 'all numbers'}", not bad_values(directory))

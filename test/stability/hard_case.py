@@ -85,7 +85,7 @@ class Outcome:
 
     def snapshots(self):
         """The snapshots in the order of time, every field finite."""
-        found = [Particles(path) for path in sorted(self.directory.glob("particles_*.h5"))]
+        found = [Particles(path) for path in sorted(self.directory.glob("particles_*.hdf"))]
         for one in found:
             for name, data in one.fields.items():
                 if not np.all(np.isfinite(data)):

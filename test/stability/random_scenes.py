@@ -281,7 +281,7 @@ def faults_on_disk(out, status):
                 ]
             except Unreadable as error:
                 found.append(str(error))
-        elif path.suffix == ".h5":
+        elif path.suffix in (".hdf", ".h5"):
             try:
                 with h5py.File(path) as file:
 

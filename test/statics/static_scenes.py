@@ -14,7 +14,7 @@ from runs import check, finish, require
 def last_particles(directory):
     """The last snapshot, in the order of ids."""
     paths = sorted(
-        Path(directory).glob("particles_*.h5"), key=lambda path: int(re.search(r"(\d+)\.h5", path.name)[1])
+        Path(directory).glob("particles_*.hdf"), key=lambda path: int(re.search(r"(\d+)\.hdf", path.name)[1])
     )
     particles = Particles(paths[-1])
     order = np.argsort(particles.ids)
@@ -22,7 +22,7 @@ def last_particles(directory):
 
 
 def first_particles(directory):
-    particles = Particles(Path(directory) / "particles_00000000.h5")
+    particles = Particles(Path(directory) / "particles_00000000.hdf")
     order = np.argsort(particles.ids)
     return {name: values[order] for name, values in particles.fields.items()}
 

@@ -24,7 +24,7 @@ SCENE = """&scene title='five levels', end_time=0.8 /
 
 run(SCENE, 1)
 first, last = snapshots("deep")[0], snapshots("deep")[-1]
-with h5py.File(sorted(Path("deep").glob("particles_*.h5"))[-1]) as file:
+with h5py.File(sorted(Path("deep").glob("particles_*.hdf"))[-1]) as file:
     bits = int(file["VTKHDF/PointData/id"].attrs["first_bits"])
 parts = (1 << bits) - 1
 finest = last.fields["level"].ravel() == 5

@@ -36,7 +36,7 @@ def particles(name, low, wide):
     done = subprocess.run([GIMP3D], input=scene, text=True, capture_output=True)
     if done.returncode:
         sys.exit(f"{name} ends with status {done.returncode}: {done.stderr}")
-    with h5py.File(sorted(Path(name).glob("particles_*.h5"))[-1]) as file:
+    with h5py.File(sorted(Path(name).glob("particles_*.hdf"))[-1]) as file:
         group = file["VTKHDF"]
         data = group["PointData"]
         stresses = {field: data[field][:] for field in ("stress", "stress_recovered")}

@@ -34,7 +34,7 @@ def cells(name, level, kind="volumetric", cell=1):
     done = subprocess.run([GIMP3D], input=scene, text=True, capture_output=True)
     if done.returncode:
         sys.exit(f"{name} ends with status {done.returncode}: {done.stderr}")
-    with h5py.File(sorted(Path(name).glob("particles_*.h5"))[-1]) as file:
+    with h5py.File(sorted(Path(name).glob("particles_*.hdf"))[-1]) as file:
         group = file["VTKHDF"]
         place = np.floor(group["Points"][:]).astype(int) @ [1, 100, 10000]
         volume = group["PointData/volume"][:].ravel()

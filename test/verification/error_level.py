@@ -46,7 +46,7 @@ class Run:
         self.steps = int(re.search(r"^(\d+) particle-steps", done.stdout, re.M).group(1))
         self.seconds = float(re.search(r"^processors: ([\d.]+) s", done.stdout, re.M).group(1))
         self.boxes = []
-        for path in sorted(Path(name).glob("particles_*.h5")):
+        for path in sorted(Path(name).glob("particles_*.hdf")):
             with h5py.File(path) as file:
                 data = file["VTKHDF/FieldData"]
                 if "level_lower" in data:

@@ -146,7 +146,7 @@ def column(args, poisson, effect):
 &gravity acceleration=0,0,-2 /
 &damping kind='viscous', coefficient=20 /
 {effect}"""
-    last = Particles(sorted(run(args, f"column_{poisson}_{len(effect)}", text).glob("particles_*.h5"))[-1])
+    last = Particles(sorted(run(args, f"column_{poisson}_{len(effect)}", text).glob("particles_*.hdf"))[-1])
     x, z = last.fields["position"][:, 0], last.fields["position"][:, 2]
     foot = 2000 * (1 + poisson) / 3
     error = -last.fields["stress"][:, :3].mean(axis=1) / foot - (1 - z)

@@ -43,7 +43,7 @@ class Outcome:
         self.megabytes = self.held()
         self.steps = int(re.search(r"^(\d+) steps to", self.log, re.M)[1])
         self.tool = History(Path(name) / f"tool_{tool}.dat") if tool else None
-        self.peaks = [peak(path) for path in sorted(Path(name).glob("particles_*.h5"))]
+        self.peaks = [peak(path) for path in sorted(Path(name).glob("particles_*.hdf"))]
 
     @staticmethod
     def every(text):

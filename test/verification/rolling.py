@@ -54,7 +54,7 @@ late = np.searchsorted(front["x"], 5e-3)
 require("the plate is taken in", late < front.rows - 100 and tail["x"][-1] < -33e-3)
 seconds = front["time"][-1] - front["time"][late]
 after, before = ((one["x"][-1] - one["x"][late]) / seconds for one in (front, tail))
-last = sorted(Path("rolling").glob("particles_*.h5"))[-1]
+last = sorted(Path("rolling").glob("particles_*.hdf"))[-1]
 behind = thickness(last, 4e-3, front["x"][-1] - 4e-3)
 print(
     f"   force {np.mean(loads) / 1e6:.2f} MN/m, slab theory {force / 1e6:.2f}; moment "

@@ -53,7 +53,7 @@ check("normal load over the last half of the way", spread_z, 0.03)
 check("tangential load over the last half of the way", spread_x, 0.03)
 check("load across the scratch, of the normal load", np.abs(history["load_y"]).max() / normal, 1e-4)
 check("ratio of the loads over that of ploughing, less 1", ratio / estimate - 1, 0.1)
-last, cell, top = sorted(Path("scratch").glob("particles_*.h5"))[-1], 1e-6, 8e-6
+last, cell, top = sorted(Path("scratch").glob("particles_*.hdf"))[-1], 1e-6, 8e-6
 end = history["position_x"][-1]
 y, z = heights(last, end - 10 * cell, end - 6 * cell, cell)
 print(

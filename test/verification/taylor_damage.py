@@ -21,7 +21,7 @@ for cells in (4, 5):
     text = replace(text, "upper=9.144e-3,9.144e-3,27.432e-3", f"upper={upper}")
     run(replace(text, "'out/taylor_damage', every=20e-6", f"'{name}', every=2e-6, formats='hdf5'"), 2)
     rows, first = snapshots(name), None
-    with h5py.File(sorted(Path(name).glob("particles_*.h5"))[0]) as file:
+    with h5py.File(sorted(Path(name).glob("particles_*.hdf"))[0]) as file:
         bits = (
             1 << int(file["VTKHDF/PointData/id"].attrs["first_bits"])
         ) - 1  # in common of a particle's parts

@@ -8,7 +8,7 @@ from gimp3d.run_data import Particles
 
 def newest(directory):
     """The fields of the last snapshot, by id."""
-    particles = Particles(sorted(Path(directory).glob("particles_*.h5"))[-1])
+    particles = Particles(sorted(Path(directory).glob("particles_*.hdf"))[-1])
     order = np.argsort(particles.ids)
     return {name: np.asarray(data)[order] for name, data in particles.fields.items()}
 
