@@ -29,6 +29,8 @@ module m_partner_surface
    real(wp), parameter :: across = 0.55_wp*sqrt(2.0_wp) !< a surface ends so far from the middle of its last
                                                         !< element, in its length: half a diagonal and
                                                         !< a little
+   real(wp), parameter :: alone = 1.0e-10_wp !< spread of a single element, of its squared distance:
+                                             !< round-off, that tells no curvature
    integer, parameter :: sharpness = 8 !< power of the flatness with which the flatter body gives the normal
 
    !> What an element sees of one field: sums with weights (m2). Places are those from its own face.
@@ -157,7 +159,7 @@ contains
       foot%share = (length/view%weight)**sharpness
       spread_of = view%square - dot_product(view%place, view%place)/view%weight
       curvature = 0.0_wp
-      if (spread_of > epsilon(1.0_wp)*view%square) curvature = foot%share &
+      if (spread_of > alone*view%square) curvature = foot%share &
          *(view%along - dot_product(view%normal, view%place)/view%weight)/spread_of
       foot%normal = view%normal - curvature*view%place
       foot%exists = norm2(foot%normal) > 0.0_wp

@@ -10,6 +10,10 @@ module m_cut_cell
    integer, parameter :: halvings = 2  !< of a cube that the surface cuts, before it is taken for plane there
    integer, parameter :: samples = 2**halvings
    real(wp), parameter :: hair = 1.0e-6_wp !< edges: so near to a side of a cube a surface lies on it
+   real(wp), parameter :: tie = 1.0e-6_wp !< places as near, in half edges, and components as large, are the
+                                          !< same: of these the first counts
+   real(wp), parameter :: first_wins(3) = [1.0_wp + 2.0_wp*tie, 1.0_wp + tie, 1.0_wp]
+   real(wp), parameter :: nothing = 1.0e-9_wp !< of a cube: so small a part is round-off
    real(wp), parameter, public :: least_share = 0.2_wp !< smaller parts of a cube go to the next one inwards
    integer, parameter, public :: most_cells = 7 !< that a particle may be made of: its own and six beside it
 
@@ -122,11 +126,12 @@ contains
          do side = -1, 1, 2
             beside = middle
             beside(axis) = middle(axis) + 2*side*half
-            call shape%distance_and_normal(beside, distance, normal)
+            ! all that are beside it must see one normal, where two faces are as near
+            call shape%distance_and_normal(tie*half*anint(beside/(tie*half)), distance, normal)
             if (abs(distance) >= sqrt(3.0_wp)*half) cycle
-            if (maxloc(abs(normal), dim=1) /= axis .or. normal(axis)*side <= 0.0_wp) cycle
+            if (maxloc(abs(normal)*first_wins, dim=1) /= axis .or. normal(axis)*side <= 0.0_wp) cycle
             associate (volume => volume_of(beside))
-               if (volume <= 0.0_wp .or. volume >= least_share*(2.0_wp*half)**3) cycle
+               if (volume <= nothing*(2.0_wp*half)**3 .or. volume >= least_share*(2.0_wp*half)**3) cycle
             end associate
             count = count + 1
             cells(:, count) = beside

@@ -2,14 +2,16 @@
 """Small scenes made by chance: what a run with status 0 says must obey the laws of mechanics, and not depend
 on how it is looked at.
 
-usage: random_truth.py WORK PROGRAM COUNT [--first SEED] [--only TWIN] [--show SEED] [--jobs N] [--planted
-WHAT]
+usage: random_truth.py WORK PROGRAM COUNT [--mixtures] [--first SEED] [--only TWIN] [--show SEED] [--jobs N]
+[--planted WHAT]
 
 Of every scene (scenes.py makes it from its seed): energy never from nothing, little lost without a cause,
 external work as booked and by the motion of the particles, mass, momentum of free bodies, the exact end of a
 rod. And a second run of it, which must say the same: its mirror image, the whole of a quarter, or two ranks.
 What a run itself warns of, with the size, is printed and is no failure within limits, but for energy from
-nothing. A scene that is refused (status 2) or ends with a numerical fault (status 3 and one sentence) is
+nothing. With --mixtures the scenes are those of mixtures.py: contact groups with holes, implicit steps, levels
+that the error places, crystals in grains, files; and the second run is the mirror image, one turned by a right
+angle, two ranks, or one that was stopped and went on. A scene that is refused (status 2) or ends with a numerical fault (status 3 and one sentence) is
 counted and printed, and is no failure. Scenes that fail stand in WORK/failed; `--show SEED` prints one."""
 
 import argparse
@@ -28,6 +30,7 @@ ROOT = Path(__file__).resolve().parents[2]
 from hard_case import surroundings
 from random_scenes import faults_on_disk
 from gimp3d.run_data import History, Unreadable
+from mixtures import HOLLOW, MIRROR, QUARTER_TURN, Mixture
 from scenes import CELL, EDGE, Scene
 
 LIMIT = 60 * (5 if os.environ.get("BUILD") == "debug" else 1) * float(os.environ.get("SLOWER", 1))  # s
@@ -44,6 +47,10 @@ MASS = 1e-12  # relative
 ROD = 0.02  # end of a rod, of its way; and 0.0005 of its length
 SAME = 1e-6  # between twins, without contact
 SAME_CONTACT = 1e-3  # with contact, which is solved to a tolerance
+SAME_GROUPS = 1e-8  # between bodies
+SAME_RUBBING = 1e-4  # the same with friction or bonds
+SAME_BITS = 1e-12  # of a run that was stopped and went on: the last digits of histories
+SAME_IMPLICIT = 1e-4  # the same in implicit steps, to the tolerance of Newton's method
 # whole and quarter with domain='corners' and a tool at the planes: there the faces are narrowed in the
 SAME_FACES = 0.02
 # quarter and not in the whole (theory.md, eq. face-mean), and the two are not the same
@@ -72,17 +79,31 @@ PLANTED = {
 class Run:
     """What a run of a scene left."""
 
-    def __init__(self, program, scene, ranks, out, environment):
+    def __init__(self, program, scene, ranks, out, environment, restarted=False):
         shutil.rmtree(out, ignore_errors=True)
         command = (["mpirun", "-n", str(ranks)] if ranks > 1 else []) + [program]
+        files = Path(f"{out}_files")
+        if isinstance(scene, Mixture):
+            scene.write_files(files)
+        text = scene.text("&checkpoint every_steps=4 /") if restarted else scene.text()
+        self.take(command, text.replace("OUT", str(out)).replace("FOLDER", str(files)), out, environment)
+        if restarted and self.status == 0 and not self.faults:
+            # as if it had been killed after the last checkpoint but one
+            saved = sorted(Path(out).glob("checkpoint_*.h5"))
+            for path in saved[1:]:
+                path.unlink()
+            if len(saved) > 1:
+                self.take([*command, "--restart", str(out)], "", out, environment)
+        shutil.rmtree(files, ignore_errors=True)
+
+    def take(self, command, text, out, environment):
+        """One run of the program."""
         self.out, self.faults = out, []
         process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment
         )
         try:
-            output, errors = process.communicate(
-                scene.text().replace("'OUT'", f"'{out}'").encode(), timeout=LIMIT
-            )
+            output, errors = process.communicate(text.encode(), timeout=LIMIT)
         except subprocess.TimeoutExpired:
             process.terminate()
             process.communicate()
@@ -127,9 +148,14 @@ def invariants(scene, run, planted):
     figures["mass"] = np.abs(rows["mass"] / rows["mass"][0] - 1).max()
     bars = {"gain": GAIN, "loss": LOSS, "work": WORK, "mass": MASS}
     # PIC; tools that bounce
-    if scene.flip < 1 or scene.transfer == "plain" or any("loads" in tool for tool in scene.tools):
+    if (
+        scene.family == "groups"
+        or scene.flip < 1
+        or scene.transfer == "plain"
+        or any("loads" in tool for tool in scene.tools)
+    ):
         del bars["loss"]
-    if scene.family == "free":
+    if scene.family == "free" or getattr(scene, "free", False):
         momentum = np.stack([rows[f"momentum_{a}"] for a in "xyz"], axis=1)
         push = np.outer(rows["time"] - rows["time"][0], scene.gravity or [0, 0, 0]) * rows["mass"][0]
         figures["momentum"] = np.abs(momentum - momentum[0] - push).max() / np.sqrt(
@@ -173,13 +199,18 @@ def is_said(name, scene, run):
 
 def same(scene, kind):
     """How far apart two runs of a scene may be."""
+    if isinstance(scene, Mixture):
+        if kind == "restarted":
+            return SAME_IMPLICIT if scene.implicit else SAME_BITS
+        if scene.family == "groups":
+            return SAME_RUBBING if scene.rubs else SAME_GROUPS
     if not scene.tools:
         on_nodes = scene.domain == "fixed" and scene.family == "block" and scene.quarter
         return SAME_ON_NODES if kind == "mirrored" and on_nodes else SAME
     return SAME_FACES if kind == "whole" and scene.domain == "corners" else SAME_CONTACT
 
 
-def apart(run, twin, factor=1, mirrored=False, planted=None):
+def apart(run, twin, factor=1, turn=np.eye(3), planted=None):
     """The same scene seen otherwise: the furthest that a sum at any time is from what it must be,
     relative."""
     one, other = run.history("energy"), twin.history("energy", planted if planted == "twin" else None)
@@ -190,15 +221,21 @@ def apart(run, twin, factor=1, mirrored=False, planted=None):
     far = max(np.abs(factor * one[name] - other[name]).max() / (factor * largest) for name in names)
     if factor == 1:
         scale = np.sqrt(2 * one["mass"][0] * largest)
-        for a in "xyz":
-            sign = -1 if mirrored and a == "x" else 1
-            far = max(far, np.abs(sign * one[f"momentum_{a}"] - other[f"momentum_{a}"]).max() / scale)
+        momenta = [np.stack([rows[f"momentum_{a}"] for a in "xyz"], axis=1) for rows in (one, other)]
+        far = max(far, np.abs(momenta[0] @ turn.T - momenta[1]).max() / scale)
     return far
 
 
-def try_seed(seed, program, work, environment, only, planted):
+def kinds_of(scene):
+    """How else a scene can be looked at."""
+    if isinstance(scene, Mixture):
+        return ["mirrored", "turned", "2 ranks", "restarted"]
+    return ["mirrored", "2 ranks"] + (["whole", "whole"] if scene.quarter else [])
+
+
+def try_seed(seed, program, work, environment, only, planted, make):
     """Run a scene and its twin: status, failures, figures, what else is to be said."""
-    scene = Scene(seed)
+    scene = make(seed)
     out = work / f"out_{seed}"
     run = Run(program, scene, 1, out, environment)
     wrong, figures, notes = list(run.faults), {}, []
@@ -208,16 +245,19 @@ def try_seed(seed, program, work, environment, only, planted):
         notes += run.warned + run.out_of_range
         wrong, said, figures = invariants(scene, run, planted)
         notes += [f"says itself: {text}" for text in said]
-        kinds = ["mirrored", "2 ranks"] + (["whole", "whole"] if scene.quarter else [])
+        kinds = kinds_of(scene)
         kind = only or kinds[seed % len(kinds)]
-        if kind == "whole" and not scene.quarter:
+        if kind not in kinds:
             kind = "mirrored"
-        twin = scene.mirrored() if kind == "mirrored" else scene.whole() if kind == "whole" else scene
-        other = Run(program, twin, 2 if kind == "2 ranks" else 1, work / f"twin_{seed}", environment)
+        ways = {"mirrored": "mirrored", "turned": "turned", "whole": "whole"}
+        twin = getattr(scene, ways[kind])() if kind in ways else scene
+        ranks = 2 if kind == "2 ranks" else 1
+        other = Run(program, twin, ranks, work / f"twin_{seed}", environment, kind == "restarted")
         if other.status != 0 or other.faults:
             wrong.append(f"{kind}: status {other.status}: {other.sentence} {other.faults}")
         else:
-            far = figures[kind] = apart(run, other, 4 if kind == "whole" else 1, kind == "mirrored", planted)
+            turn = {"mirrored": MIRROR, "turned": QUARTER_TURN}.get(kind, np.eye(3))
+            far = figures[kind] = apart(run, other, 4 if kind == "whole" else 1, turn, planted)
             if not far <= same(scene, kind):
                 wrong.append(f"{kind}: {far:.3g} apart, at most {same(scene, kind):.3g}")
         shutil.rmtree(other.out, ignore_errors=True)
@@ -233,14 +273,16 @@ def main():
     parser.add_argument("program")
     parser.add_argument("count", type=int)
     parser.add_argument("--first", type=int, default=1)
-    parser.add_argument("--only", choices=["mirrored", "whole", "2 ranks"])
+    parser.add_argument("--only", choices=["mirrored", "turned", "whole", "2 ranks", "restarted"])
+    parser.add_argument("--mixtures", action="store_true", help="scenes of all parts together")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--show", type=int)
     parser.add_argument("--planted", choices=PLANTED, help="change what a run says, so that it is wrong")
     parser.add_argument("--verbose", action="store_true")
     args = parser.parse_args()
+    make = Mixture if args.mixtures else Scene
     if args.show is not None:
-        print(Scene(args.show).text())
+        print(make(args.show).text())
         return
     args.work.mkdir(parents=True, exist_ok=True)
     local = threading.local()
@@ -256,9 +298,10 @@ def main():
                 local.environment,
                 args.only,
                 args.planted,
+                make,
             )
         except Unreadable as error:
-            return seed, Scene(seed), None, [str(error)], {}, []
+            return seed, make(seed), None, [str(error)], {}, []
 
     ends, wrong_ones, worst = collections.Counter(), [], {}
     with concurrent.futures.ThreadPoolExecutor(args.jobs) as pool:
@@ -286,6 +329,8 @@ def main():
                 wrong_ones.append(seed)
                 (args.work / "failed").mkdir(exist_ok=True)
                 (args.work / f"failed/seed_{seed}.nml").write_text(scene.text())
+                if args.mixtures:
+                    scene.write_files(args.work / f"failed/FOLDER_{seed}")
     print(
         "largest figures: "
         + ", ".join(f"{name} {value:.3g} (seed {seed})" for name, (value, seed) in sorted(worst.items()))
