@@ -93,7 +93,7 @@ contains
          do g = 1, h - 1
             spec = scene%contact_of(g, h)
             call console%line('contact    '//scene%group_label(g)//' and '//scene%group_label(h)// &
-                              ': friction '//to_text(spec%friction)//adhesion_text(spec))
+                              ': '//spec%friction%text()//adhesion_text(spec))
             if (.not. spec%adhesion > 0.0_wp) cycle
             zone = cohesive_zone(scene, model, spec)/model%levels(size(model%levels))%grid%cell
             if (zone < fewest_zone_cells) call console%line('coarse     adhesion between '// &

@@ -3,7 +3,8 @@
 module m_contact_groups
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t, name_length
-   use m_scene, only: scene_t, body_contact_spec_t, start_as_is, largest_friction
+   use m_scene, only: scene_t, body_contact_spec_t, start_as_is
+   use m_friction_laws, only: describe_friction
    use m_scene_words, only: start_words
    use m_value_range, only: at_least
    use m_text, only: to_text
@@ -52,7 +53,7 @@ contains
       if (contact%groups(1) > 0 .and. contact%groups(1) == contact%groups(2)) &
          call group%refuse('groups', 'must be two different groups: bodies of one are bonded')
       if (group%is_reading()) call check_given_once(group, scene, contact, number)
-      call group%get('friction', contact%friction, at_least(0.0_wp, '', at_most=largest_friction))
+      call describe_friction(group, contact%friction)
       call group%get('adhesion', contact%adhesion, at_least(0.0_wp, 'J/m2'))
       call group%get('cohesive_range', contact%cohesive_range, at_least(0.0_wp, 'm'))
       call group%get('bond_strength', contact%bond_strength, at_least(0.0_wp, 'Pa'))

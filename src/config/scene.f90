@@ -9,6 +9,7 @@ module m_scene
    use m_group_reader, only: name_length
    use m_offer, only: offer_t, offer_slot_t
    use m_shape, only: shape_t
+   use m_friction_law, only: surface_friction_t
    implicit none
    private
 
@@ -22,7 +23,6 @@ module m_scene
                                  criterion_error = 3
    integer, parameter, public :: fewest_cells = 10**3 !< of a box that a criterion places: four cells along
                                                       !< each axis, five beside a side
-   real(wp), parameter, public :: largest_friction = 10.0_wp !< coefficient, of tools and between bodies
    character(len=*), parameter, public :: rest_group = 'rest' !< the contact group of bodies that name none
    integer, parameter, public :: start_apart = 1, start_as_is = 2
    integer, parameter, public :: mode_static = 1, mode_newmark = 2
@@ -115,7 +115,7 @@ module m_scene
       logical :: stands = .false. !< nothing is said of how it moves along its axis: it does not
       type(motion_spec_t), allocatable :: motions(:) !< how else it moves; absent where it does not
       real(wp) :: penetration_factor = 0.5_wp
-      real(wp) :: friction = 0.0_wp
+      type(surface_friction_t) :: friction
    end type tool_spec_t
 
    !> &level: a box or a sphere of cells half the size of those of a level before it. Several that refine one
@@ -160,7 +160,7 @@ module m_scene
    !> &body_contact: what holds between bodies of two groups.
    type, public :: body_contact_spec_t
       integer :: groups(2) = 0           !< their numbers; 0: all pairs that no other one names
-      real(wp) :: friction = 0.0_wp
+      type(surface_friction_t) :: friction
       real(wp) :: adhesion = 0.0_wp      !< work of separation, J/m2
       real(wp) :: cohesive_range = 0.0_wp !< gap up to which adhesion pulls, m
       real(wp) :: bond_strength = 0.0_wp !< of what touches at the start, Pa; it softens as it opens, by

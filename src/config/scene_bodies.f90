@@ -4,7 +4,8 @@ module m_scene_bodies
    use m_kinds, only: wp
    use m_vectors, only: cross
    use m_group_reader, only: group_reader_t, name_length
-   use m_offer, only: offer_t, offer_slot_t, offered, offered_names
+   use m_friction_laws, only: describe_friction
+   use m_offer, only: offer_slot_t, offered, offered_names, know_others
    use m_scene
    use m_scene_motion, only: read_tool_motion, describe_motion, find_motion
    use m_scene_words, only: fill_words
@@ -39,23 +40,6 @@ contains
       end if
       call know_others(group, models, model)
    end subroutine describe_material
-
-   !> Variables of the offers that were not chosen are known, but may not be used.
-   subroutine know_others(group, offers, chosen)
-      type(group_reader_t), intent(inout) :: group
-      type(offer_slot_t), intent(in) :: offers(:)
-      integer, intent(in) :: chosen !< 0: an unknown one, which is the fault then, not what comes with it
-      class(offer_t), allocatable :: other
-      integer :: n
-      do n = 1, size(offers)
-         if (n == chosen) cycle
-         allocate (other, source=offers(n)%it)
-         call group%others(set_aside=chosen > 0)
-         call other%variables(group)
-         call group%others(set_aside=.false.)
-         deallocate (other)
-      end do
-   end subroutine know_others
 
    subroutine describe_body(group, material_names, materials, body)
       type(group_reader_t), intent(inout) :: group
@@ -154,7 +138,7 @@ contains
       call read_tool_motion(group, tool, may_stand)
       call group%get('penetration_factor', tool%penetration_factor, &
                      at_least(0.0_wp, '', at_most=largest_penetration_factor))
-      call group%get('friction', tool%friction, at_least(0.0_wp, '', at_most=largest_friction))
+      call describe_friction(group, tool%friction)
    end subroutine describe_tool
 
    !> The number-th &motion: one that is read goes to its tool.

@@ -6,6 +6,7 @@ module m_body_pairs
    use m_errors, only: error_t, fail
    use m_text, only: to_text, si
    use m_scene, only: scene_t, body_contact_spec_t, start_as_is
+   use m_friction_law, only: has_friction
    use m_communicator, only: communicator_t
    use m_field_table, only: field_table_t
    use m_level, only: level_t
@@ -95,7 +96,7 @@ contains
    !> True when some pair has tangential forces.
    pure logical function rubs(self)
       class(body_pairs_t), intent(in) :: self
-      rubs = any(self%specs%friction > 0.0_wp) .or. any(self%specs%bond_strength > 0.0_wp)
+      rubs = any(has_friction(self%specs%friction)) .or. any(self%specs%bond_strength > 0.0_wp)
    end function rubs
 
    !> What the last step's forces were at each element: where the next solve starts from. The elements
@@ -277,7 +278,8 @@ contains
          c%arm = share*(element%point - element%centre)
          c%force = last(1)*c%area
          c%last_tangential_force = last(2:4)*c%area
-         c%friction = self%specs(pair_of(nint(element%field), meeting%field))%friction
+         c%pair = pair_of(nint(element%field), meeting%field)
+         c%has_friction = has_friction(self%specs(c%pair)%friction)
       end associate
    end subroutine place_candidate
 

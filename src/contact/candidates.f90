@@ -12,6 +12,7 @@ module m_candidates
    use m_stencil, only: bin_place
    use m_face_weights, only: find_face, cube_span, flattening
    use m_face_gap, only: find_gap, near_tool, particles_near, deform, thickest, fastest
+   use m_friction_law, only: has_friction
    use m_contact_point, only: candidate_t, partner_t, no_candidate, drift_of, set_face, point_velocity, &
                               place_of, overlap_rate, margin
    implicit none
@@ -279,8 +280,8 @@ contains
          if (deform(level)) c%area = min(column(p, at%volume)/thickness, largest_face*level%grid%cell**2)
          c%mass = column(p, at%mass)
          c%force = expected(column(p, self%pressure), column(p, self%earlier))*c%area
-         c%friction = tool%spec%friction
-         if (tool%spec%friction > 0.0_wp) then
+         c%has_friction = has_friction(tool%spec%friction)
+         if (c%has_friction) then
             self%frictional = self%frictional + 1
             c%frictional = self%frictional
             c%last_tangential_force = column(p, self%traction:self%traction + 2)*c%area
@@ -326,7 +327,7 @@ contains
       associate (new => self%list(self%count))
          new = c
          new%partner = self%paired
-         if (.not. (c%friction > 0.0_wp .or. c%grip > 0.0_wp)) return
+         if (.not. (c%has_friction .or. c%grip > 0.0_wp)) return
          self%frictional = self%frictional + 1
          new%frictional = self%frictional
          new%tangent = tangents(c%normal)

@@ -18,6 +18,8 @@ module m_contact
    use m_body_pairs, only: body_pairs_t
    use m_pair_reactions, only: find_slip
    use m_contact_point, only: candidate_t, point_velocity, overlap_rate
+   use m_friction_law, only: has_friction
+   use m_friction_limit, only: friction_limit
    use m_friction, only: friction_t
    use m_tool_reactions, only: reaction_t, tool_state_t, accumulate_reactions, add_particle_work, add_up
    use m_contact_system, only: contact_system_t
@@ -71,8 +73,7 @@ module m_contact
       procedure :: make_room
    end type contact_t
 
-   real(wp), parameter :: far_above = 100.0_wp !< times the tolerance: a residual that is a fault in so many
-                                               !< steps running:
+   real(wp), parameter :: far_above = 100.0_wp !< times the tolerance: a fault in so many steps running:
    integer, parameter :: most_unsolved = 10
    integer, parameter :: most_sweeps = 50         !< over normal forces and friction in a step
    integer, parameter :: products = 20 !< of the problem of friction, for each iteration that the other is
@@ -93,7 +94,7 @@ contains
       end do
       self%spec = scene%contact
       call self%pairs%build(scene)
-      self%friction%present = any(scene%tools%friction > 0.0_wp) .or. self%pairs%rubs()
+      self%friction%present = any(has_friction(scene%tools%friction)) .or. self%pairs%rubs()
    end subroutine build
 
    !> The fields that contact adds; they are also where the next solve starts from.
@@ -107,7 +108,7 @@ contains
       if (size(self%tools) == 0) return
       call table%declare('contact_gap', size(self%tools), 'm', written=.false.)
       self%candidates%carried = table%column('contact_gap')
-      if (.not. any(self%tools%spec%friction > 0.0_wp)) return
+      if (.not. any(has_friction(self%tools%spec%friction))) return
       call table%declare('contact_friction', 3, 'Pa', written=.true.)
       self%candidates%traction = table%column('contact_friction')
    end subroutine declare
@@ -343,9 +344,8 @@ contains
          call fail(error, exit_numerical, &
                    candidate_text(self%candidates%list(maxloc(off, dim=1)), self%tools, level, self%time)// &
                    ': the contact problem was not solved, relative residual '// &
-                      to_text(self%step_residual, 3)//' after '// &
-                   self%effort//', at most '//limit//'; try a larger max_iterations or a smaller safety', &
-                      recoverable=.true.)
+                   to_text(self%step_residual, 3)//' after '//self%effort//', at most '//limit// &
+                   '; try a larger max_iterations or a smaller safety', recoverable=.true.)
       call self%system%communicator%agree(error)
    end subroutine check_solution
 
@@ -374,9 +374,9 @@ contains
             self%friction%sweeps = self%friction%sweeps + 1
             do c = 1, n
                if (list(c)%frictional == 0) cycle
-               radius(list(c)%frictional) = 0.0_wp
-               if (scale(n + 2*list(c)%frictional) > 0.0_wp) radius(list(c)%frictional) = &
-                  (list(c)%friction*x(c)*scale(c) + list(c)%grip)/scale(n + 2*list(c)%frictional)
+               list(c)%limit = friction_limit(list(c), self%tools, self%pairs%specs, x(c)*scale(c))
+               radius(list(c)%frictional) = merge(list(c)%limit/max(scale(n + 2*list(c)%frictional), &
+                  tiny(1.0_wp)), 0.0_wp, scale(n + 2*list(c)%frictional) > 0.0_wp)
             end do
             call self%system%respond([1, n], x - pull, [n + 1, rows], pushed)
             call self%friction%solve(self%system, radius, pushed, self%spec%tolerance, &

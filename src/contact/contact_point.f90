@@ -12,7 +12,7 @@ module m_contact_point
    implicit none
    private
    public :: candidate_t, no_candidate, partner_t, drift_of, set_face, place_face, spread_inward, &
-             point_velocity, tool_velocity, place_of, overlap_rate, margin
+             point_velocity, tool_velocity, place_of, overlap_rate, margin, sliding
 
    !> A particle that would end the step inside a tool or another body, or within a margin of it.
    type :: candidate_t
@@ -38,7 +38,9 @@ module m_contact_point
       real(wp) :: opening = 0.0_wp !< speed at which its gap opens with that force, m/s
       real(wp) :: pull = 0.0_wp  !< largest tension that adhesion bears, N
       real(wp) :: grip = 0.0_wp  !< tangential force that it bears besides friction, N
-      real(wp) :: friction = 0.0_wp !< its coefficient
+      integer :: pair = 0           !< of contact groups, between bodies
+      logical :: has_friction = .false.
+      real(wp) :: limit = 0.0_wp    !< the largest friction that it bears with its force, N
       integer :: frictional = 0     !< place among the candidates with friction; 0 without
       real(wp) :: tangent(3, 2) = 0.0_wp !< across the normal, as the tool sees them
       real(wp) :: tangential_force(2) = 0.0_wp !< friction on the body along the tangents, N
@@ -62,6 +64,7 @@ module m_contact_point
    end type partner_t
 
    type(candidate_t), parameter :: no_candidate = candidate_t() !< before anything is said of it
+   real(wp), parameter :: sliding = 0.999_wp !< of the largest friction: from here on a point slides
    real(wp), parameter :: margin = 0.05_wp !< candidates come in this far before they touch, in particle edges
    real(wp), parameter :: overlap_rate = 0.01_wp !< overlap is taken back by at most this much a step, in
                                                  !< particle edges

@@ -1,5 +1,6 @@
-!> Coulomb friction at contact points whose normal forces are known: each force lies in a disc across the
-!> normal, and is the one that takes away most of the slip (theory.md, eqs friction, friction-problem).
+!> Friction at contact points whose normal forces are known: each force lies in a disc across the normal, as
+!> large as the law of friction says, and is the one that takes away most of the slip (theory.md, eqs
+!> friction, friction-problem).
 !> Nesterov's accelerated gradients with projection on the discs: where points slide, forces lie on the rims,
 !> and a solver for boxes needed ten times the products.
 module m_friction

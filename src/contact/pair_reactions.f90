@@ -10,14 +10,12 @@ module m_pair_reactions
    use m_materials, only: materials_t
    use m_surface_elements, only: surface_columns_t
    use m_pair_law, only: press_rate, weaken
-   use m_contact_point, only: candidate_t, partner_t, point_velocity, overlap_rate
+   use m_contact_point, only: candidate_t, partner_t, point_velocity, overlap_rate, sliding
    use m_candidates, only: candidates_t
    use m_contact_system, only: contact_system_t
    implicit none
    private
    public :: pair_state_t, state_reals, pair_of, find_slip, press_element, add_reaction, add_up_pairs
-
-   real(wp), parameter :: sliding = 0.999_wp !< of the largest friction: from here on a point slides
 
    !> What two groups have met: in the last step, and since the start. Numbers alone: they are added up over
    !> the ranks as they stand.
@@ -89,7 +87,7 @@ contains
       real(wp), intent(in) :: time_step !< s
       heat = 0.0_wp
       if (c%frictional == 0) return
-      if (norm2(c%tangential_force) < sliding*(c%friction*(c%force + c%pull) + c%grip)) return
+      if (norm2(c%tangential_force) < sliding*c%limit) return
       heat = -time_step*dot_product(c%tangential_force, partner%slip)
    end function heat_of
 

@@ -7,7 +7,8 @@ module m_pressed_speeds
    use m_communicator, only: communicator_t
    use m_level, only: level_t
    use m_materials, only: materials_t
-   use m_contact_point, only: point_velocity, tool_velocity
+   use m_contact_point, only: point_velocity, tool_velocity, sliding
+   use m_friction_limit, only: friction_limit
    use m_contact_rows, only: assemble, move_nodes
    use m_contact_system, only: contact_system_t
    use m_contact, only: contact_t
@@ -15,7 +16,6 @@ module m_pressed_speeds
    private
    public :: find_pressed, keep_pressed_speeds
 
-   real(wp), parameter :: sticks = 0.999_wp !< of the largest friction: below, a point sticks to the tool
 
 contains
 
@@ -42,7 +42,8 @@ contains
             it%force = 0.0_wp
             if (it%carried) it%force = level%blocks(it%block)%particles%column(it%particle, &
                   contact%candidates%pressure)*it%area
-            it%slides = norm2(it%last_tangential_force) > sticks*it%friction*it%force
+            it%slides = norm2(it%last_tangential_force) > sliding*friction_limit(it, contact%tools, &
+                  contact%pairs%specs, it%force)
          end associate
       end do
       call assemble(contact%system, communicator, neighbours, contact%tools, contact%candidates, level, &

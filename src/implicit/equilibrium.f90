@@ -179,7 +179,7 @@ contains
          do n = 1, size(pressing)
             associate (contact => self%system%contact, it => self%system%contact%list(n))
                call contact%law(n, [0.0_wp, 0.0_wp, 0.0_wp], 0.0_wp, pressing(n), none)
-               call contact%law(n, [0.0_wp, 0.0_wp, 0.0_wp], it%point%friction*pressing(n), pressing(n), &
+               call contact%law(n, [0.0_wp, 0.0_wp, 0.0_wp], contact%limit(n, pressing(n)), pressing(n), &
                                 rub(:, n))
             end associate
          end do

@@ -12,6 +12,9 @@ module m_static_contact
    use m_face_gap, only: find_gap, particles_near, deform, thickest
    use m_static_tools, only: static_tools_t
    use m_static_pairs, only: static_pairs_t
+   use m_scene, only: body_contact_spec_t
+   use m_friction_law, only: has_friction
+   use m_friction_limit, only: friction_limit
    use m_contact_point, only: candidate_t, no_candidate, set_face
    implicit none
    private
@@ -41,6 +44,7 @@ module m_static_contact
       integer :: count = 0
       type(static_tools_t) :: tools
       type(static_pairs_t) :: pairs         !< far sides of the points between bodies
+      type(body_contact_spec_t), allocatable :: pair_specs(:) !< what holds between these
       logical :: rubs = .false.             !< some tool or pair has friction
       logical :: meets_first = .false. !< bodies that did not press are thought to: where they almost touch
       real(wp) :: share = 1.0_wp !< of forces here, what acts in the mean of a step: theta where there is
@@ -54,6 +58,7 @@ module m_static_contact
       procedure :: curve
       procedure :: way
       procedure :: law
+      procedure :: limit
       procedure :: misfit
       procedure :: resist
       procedure :: self_stiffness
@@ -149,8 +154,8 @@ contains
          new%barred = self%tools%away(t)
          if (.not. new%barred) new%force = column(p, columns(1))*c%area/self%share
          new%pressed = (new%force > 0.0_wp .or. gap <= touches*level%grid%cell) .and. .not. new%barred
-         c%friction = self%tools%now(t)%spec%friction
-         if (c%friction > 0.0_wp) then
+         c%has_friction = has_friction(self%tools%now(t)%spec%friction)
+         if (c%has_friction) then
             new%rub = column(p, columns(2):columns(2) + 2)*c%area/self%share
             new%kept = -new%yielding*new%rub
          end if
@@ -227,7 +232,7 @@ contains
             end if
             call self%tools%now(t)%gap_and_normal(it%place, it%gap, it%normal)
             if (it%barred) it%gap = far
-            if (.not. it%point%friction > 0.0_wp) cycle
+            if (.not. it%point%has_friction) cycle
             it%slip = across(it%normal, it%kept + u - self%tools%material_way(t, it%place))
          end associate
       end do
@@ -253,12 +258,21 @@ contains
       associate (it => self%list(n))
          pressing = max(0.0_wp, -(it%gap + dot_product(it%normal, ahead))/it%yielding)
          rub = 0.0_wp
-         if (.not. (bound > 0.0_wp .and. it%point%friction > 0.0_wp)) return
+         if (.not. (bound > 0.0_wp .and. it%point%has_friction)) return
          rub = it%slip + across(it%normal, ahead)
          length = norm2(rub)
          rub = -rub*min(1.0_wp/it%yielding, bound/max(length, tiny(1.0_wp)))
       end associate
    end subroutine law
+
+   !> Largest friction of a point that presses with so much, N.
+   pure real(wp) function limit(self, n, pressing)
+      class(static_contact_t), intent(in) :: self
+      integer, intent(in) :: n
+      real(wp), intent(in) :: pressing !< N
+      limit = friction_limit(self%list(n)%point, self%tools%now, self%pair_specs, self%share*pressing) &
+              /self%share
+   end function limit
 
    !> By how much a point's forces and its place do not belong together: gaps and slips, m.
    pure real(wp) function misfit(self, n)
@@ -271,8 +285,8 @@ contains
          else
             misfit = max(0.0_wp, -it%gap)
          end if
-         if (.not. it%point%friction > 0.0_wp) return
-         call self%law(n, [0.0_wp, 0.0_wp, 0.0_wp], it%point%friction*it%force, pressing, rub)
+         if (.not. it%point%has_friction) return
+         call self%law(n, [0.0_wp, 0.0_wp, 0.0_wp], self%limit(n, it%force), pressing, rub)
          misfit = max(misfit, it%yielding*norm2(rub - it%rub))
       end associate
    end function misfit
@@ -406,7 +420,7 @@ contains
       associate (it => self%list(n))
          it%holds = 0.0_wp
          it%slides = 0.0_wp
-         if (.not. (it%pressed .and. it%point%friction > 0.0_wp)) return
+         if (.not. (it%pressed .and. it%point%has_friction)) return
          slip = it%slip + across(it%normal, ahead)
          length = norm2(slip)
          it%holds = 1.0_wp/it%yielding

@@ -111,7 +111,7 @@ contains
       integer :: n
       do n = 1, size(bound)
          associate (it => system%contact%list(n))
-            bound(n) = it%point%friction*it%force
+            bound(n) = system%contact%limit(n, it%force)
             if (.not. it%force > 0.0_wp) bound(n) = unknown
          end associate
       end do
@@ -200,7 +200,7 @@ contains
          associate (it => system%contact%list(n))
             call system%contact%law(n, ahead(:, n), 0.0_wp, pressing, rub)
             it%pressed = pressing > 0.0_wp
-            bound(n) = it%point%friction*pressing
+            bound(n) = system%contact%limit(n, pressing)
          end associate
       end do
    end subroutine press_by_gaps

@@ -2,6 +2,7 @@
 !> where tools go, and what is booked when the step has its equilibrium.
 module m_static_loads
    use m_kinds, only: wp, i8
+   use m_friction_law, only: has_friction
    use m_vectors, only: cross
    use m_model, only: model_t
    use m_static_contact, only: static_contact_t
@@ -29,8 +30,9 @@ contains
       logical, intent(in) :: again
       real(wp) :: gap
       integer :: t, try
-      contact%rubs = any([(contact%tools%now(t)%spec%friction > 0.0_wp, t=1, size(contact%tools%now))]) &
+      contact%rubs = any([(has_friction(contact%tools%now(t)%spec%friction), t=1, size(contact%tools%now))]) &
                      .or. model%contact%pairs%rubs()
+      contact%pair_specs = model%contact%pairs%specs
       do t = 1, size(contact%tools%now)
          if (.not. contact%tools%is_driven(t) .or. contact%tools%away(t)) cycle
          if (presses(model, t)) cycle
@@ -178,7 +180,7 @@ contains
                associate (column => block%particles%column, p => it%point%particle)
                   column(p, at%pressure) = column(p, at%pressure) + contact%share*it%force/it%point%area
                   column(p, at%carried + it%point%tool - 1) = tiny(1.0_wp)
-                  if (it%point%friction > 0.0_wp) column(p, at%traction:at%traction + 2) &
+                  if (it%point%has_friction) column(p, at%traction:at%traction + 2) &
                      = column(p, at%traction:at%traction + 2) + contact%share*it%rub/it%point%area
                end associate
             end associate

@@ -59,7 +59,7 @@ contains
                            /(softer_of(it, meeting%field)*it%area)
             new%force = it%force/contact%share
             new%pressed = new%force > 0.0_wp .or. it%gap <= touches*level%grid%cell
-            if (it%friction > 0.0_wp) then
+            if (it%has_friction) then
                new%rub = it%last_tangential_force/contact%share
                new%kept = -new%yielding*new%rub
             end if
@@ -141,7 +141,8 @@ contains
                c = it%point
                c%force = contact%share*it%force
                c%opening = (it%gap - it%point%gap)/time_step
-               if (.not. c%friction > 0.0_wp) cycle
+               if (.not. c%has_friction) cycle
+               c%limit = contact%share*contact%limit(n, it%force)
                c%frictional = 1
                c%tangent = tangents(c%normal)
                c%tangential_force = contact%share*matmul(it%rub, c%tangent)

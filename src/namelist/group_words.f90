@@ -81,6 +81,7 @@ contains
       end if
       call self%check_count(found, size(values), expected, good)
       if (found > 0) self%choice = name//'='//self%group%entries(found)%shown
+      if (found == 0 .and. values(1) > 0) self%choice = name//'='''//trim(words(values(1)))//''''
       if (found > 0 .and. .not. good) values = 0
       if (.not. good) return
       do i = 1, size(values)

@@ -5,7 +5,7 @@ module m_offer
    use m_group_reader, only: group_reader_t, name_length
    implicit none
    private
-   public :: offer, offered_names, offered
+   public :: offer, offered_names, offered, know_others
 
    !> Something with a name and variables of its own. Laws and effects extend it.
    type, abstract, public :: offer_t
@@ -115,5 +115,22 @@ contains
          if (slots(found)%it%name == name) return
       end do
    end function offered
+
+   !> Variables of the offers that were not chosen are known, but may not be used.
+   subroutine know_others(group, offers, chosen)
+      type(group_reader_t), intent(inout) :: group
+      type(offer_slot_t), intent(in) :: offers(:)
+      integer, intent(in) :: chosen !< 0: an unknown one, which is the fault then, not what comes with it
+      class(offer_t), allocatable :: other
+      integer :: n
+      do n = 1, size(offers)
+         if (n == chosen) cycle
+         allocate (other, source=offers(n)%it)
+         call group%others(set_aside=chosen > 0)
+         call other%variables(group)
+         call group%others(set_aside=.false.)
+         deallocate (other)
+      end do
+   end subroutine know_others
 
 end module m_offer

@@ -19,6 +19,7 @@ program free_tools
    use m_tool, only: tool_t
    use m_assertions, only: assertions_t
    use m_chance, only: keep_worst, say
+   use m_coulomb, only: coulomb_friction
    implicit none
    real(wp), parameter :: density = 1000.0_wp, poisson = 0.3_wp
    real(wp), parameter :: cell = 0.125_wp !< m
@@ -166,7 +167,7 @@ contains
       centre = cell*[4.3_wp, 2.4_wp, 4.1_wp] + radius*[0.0_wp, 0.0_wp, 1.0_wp]
       scene%tools(1)%shape = sphere_t(radius=radius)
       scene%tools(1)%tip = centre - radius*[0.0_wp, 0.0_wp, 1.0_wp]
-      scene%tools(1)%friction = friction
+      scene%tools(1)%friction = coulomb_friction(friction)
       scene%tools(1)%motions = [free(.false., 1, mass, -0.5_wp), free(.false., 2, mass, 0.2_wp), &
                                 free(.false., 3, mass, -1.0_wp), free(.true., 1, inertia, 1.0_wp, centre), &
                                 free(.true., 2, inertia, -2.0_wp, centre), &
@@ -221,7 +222,7 @@ contains
       scene%grid%boundary(3:4) = boundary_symmetry
       scene%bodies(1)%velocity = [speed, 0.0_wp, 0.0_wp]
       scene%tools(1)%shape = roller_t(radius=radius, edge=[0.0_wp, 1.0_wp, 0.0_wp])
-      scene%tools(1)%friction = 0.4_wp
+      scene%tools(1)%friction = coulomb_friction(0.4_wp)
       scene%tools(1)%tip = cell*[6, 1, 4]
       below = scene%tools(1)
       below%name = 'below'
@@ -301,7 +302,7 @@ contains
       scene%grid%boundary = [boundary_fixed, boundary_fixed, boundary_symmetry, boundary_fixed, &
                              boundary_fixed, boundary_free]
       scene%tools(1)%shape = sphere_t(radius=radius)
-      scene%tools(1)%friction = friction
+      scene%tools(1)%friction = coulomb_friction(friction)
       scene%tools(1)%tip = cell*[4, 0, 2]
       centre = scene%tools(1)%tip + [0.0_wp, 0.0_wp, radius]
       scene%tools(1)%motions = [free(.false., 1, mass, 0.0_wp), free(.false., 3, mass, 0.0_wp), &

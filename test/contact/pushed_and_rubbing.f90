@@ -18,6 +18,7 @@ program pushed_and_rubbing
    use m_advance, only: advance
    use m_assertions, only: assertions_t
    use m_chance, only: keep_worst, say
+   use m_coulomb, only: coulomb_friction
    implicit none
    real(wp), parameter :: young = 1.0e6_wp, poisson = 0.3_wp, density = 1000.0_wp
    !> modulus, Pa
@@ -67,7 +68,7 @@ contains
       tool%shape = shape
       tool%tip = tip
       tool%axis = axis
-      tool%friction = friction
+      tool%friction = coulomb_friction(friction)
       tool%penetration_factor = 0.5_wp
    end function tool_of
 
