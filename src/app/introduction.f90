@@ -7,14 +7,15 @@ module m_introduction
    use m_machine, only: date_text, find_crowd
    use m_launcher, only: tasks_of_job
    use m_material, only: material_t
-   use m_scene, only: scene_t, body_contact_spec_t, domain_fixed, criterion_error, fill_share, start_as_is, &
-                      preconditioner_gamg
+   use m_scene, only: scene_t, body_contact_spec_t, domain_fixed, criterion_error, start_as_is, &
+                      because_law, because_surface, preconditioner_gamg
    use m_offer, only: catalogue_t
    use m_field_table, only: field_table_t, bytes_per_column
    use m_level, only: level_t
    use m_model, only: model_t
    use m_time_step, only: next_time_step
    use m_console, only: console_t
+   use m_fill_report, only: introduce_shares
    implicit none
    private
    public :: introduce, own_bytes, own_blocks
@@ -137,12 +138,19 @@ contains
    subroutine introduce_choices(console, scene)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
-      character(len=:), allocatable :: cure
-      if (scene%chose_domain .and. scene%quasi_static%present) call console%line( &
-         "chosen     domain='stretch', for the law is made for large strains")
-      if (scene%chose_domain .and. .not. scene%quasi_static%present) call console%line( &
-         "chosen     domain='corners', for the law is made for large strains; 1.5 to 3 times the time "// &
-         "of 'fixed'")
+      character(len=:), allocatable :: cure, why
+      if (scene%chose_domain > 0) then
+         select case (scene%chose_domain)
+         case (because_law); why = 'for the law is made for large strains'
+         case (because_surface); why = 'for what is pressed may be a surface that cuts particles'
+         case default; why = 'for a tool may go far into particles that are alone in their cells'
+         end select
+         if (scene%quasi_static%present) then
+            call console%line("chosen     domain='stretch', "//why)
+         else
+            call console%line("chosen     domain='corners', "//why//"; 1.5 to 3 times the time of 'fixed'")
+         end if
+      end if
       if (.not. allocated(scene%brought)) return
       if (scene%brought /= '') &
          call console%line('chosen     '//scene%brought//', for plastic flow locks without; up to a '// &
@@ -175,42 +183,6 @@ contains
             may_lock = .false.
       end do
    end function may_lock
-
-   !> Collective: bodies whose particles have shares, with the volume that these have together at the start
-   !> and what that lacks of the shape's, where this is known and no symmetry side cuts it.
-   subroutine introduce_shares(console, scene, model)
-      type(console_t), intent(inout) :: console
-      type(scene_t), intent(in) :: scene
-      type(model_t), intent(in) :: model
-      character(len=:), allocatable :: text
-      real(wp) :: held, lower(3), upper(3)
-      integer :: b, body, l
-      if (model%time > 0.0_wp) return
-      do body = 1, size(scene%bodies)
-         associate (spec => scene%bodies(body))
-            if (spec%fill /= fill_share) cycle
-            held = 0.0_wp
-            do l = 1, size(model%levels)
-               do b = 1, size(model%levels(l)%blocks)
-                  associate (particles => model%levels(l)%blocks(b)%particles, &
-                             v => model%levels(l)%layout%volume)
-                     held = held + sum(particles%column(:particles%count, v), &
-                                       mask=particles%body(:particles%count) == body)
-                  end associate
-               end do
-            end do
-            held = model%communicator%sum_real(held)
-            text = 'body       '//spec%name//': particles have shares of their places, together '// &
-                   to_text(held, 6)//' m3'
-            call spec%shape%bounding_box(lower, upper)
-            if (spec%shape%knows_volume() .and. all(lower >= scene%grid%lower) .and. &
-                all(upper <= scene%grid%upper)) &
-               text = text//', '//to_text(100.0_wp*(held/spec%shape%volume() - 1.0_wp), 3)// &
-                      ' % off the volume of the shape'
-            call console%line(text)
-         end associate
-      end do
-   end subroutine introduce_shares
 
    !> Collective: a line a level, and the cells of all of them beside those of a grid as fine everywhere.
    subroutine introduce_levels(console, model, time_step)

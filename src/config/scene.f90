@@ -17,6 +17,7 @@ module m_scene
                                  boundary_fixed = 3
    integer, parameter, public :: update_usl = 1, update_usf = 2, update_musl = 3
    integer, parameter, public :: domain_by_law = 0, domain_fixed = 1, domain_stretch = 2, domain_corners = 3
+   integer, parameter, public :: because_law = 1, because_surface = 2, because_single = 3
    integer, parameter, public :: fill_by_shape = 0, fill_whole = 1, fill_share = 2
    integer, parameter, public :: level_box = 1, level_sphere = 2
    integer, parameter, public :: criterion_none = 0, criterion_stress = 1, criterion_strain = 2, &
@@ -252,8 +253,7 @@ module m_scene
       type(offer_slot_t), allocatable :: effects(:) !< in the order of the catalogue, then of the text
       type(place_t), allocatable :: places(:)       !< in the text that it was read from
       logical :: has_motions = .false.   !< there is a &motion
-      logical :: chose_domain = .false. !< domains follow the material since the scene did not say and a law
-                                        !< wants it
+      integer :: chose_domain = 0 !< domains follow the material though the scene did not say, because_...
       character(len=:), allocatable :: brought !< names of the effects that laws have brought since the scene
                                                !< did not say
    contains

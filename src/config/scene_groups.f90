@@ -62,23 +62,8 @@ contains
          end do
          if (group_words(kind) == 'body') call number_groups(scene)
       end do
-      call choose_domain(scene)
       call read_effects(text, catalogue%effects, scene, error)
    end subroutine read_groups
-
-   !> Where the scene does not say: domains follow the material if a law is made for large strains.
-   subroutine choose_domain(scene)
-      type(scene_t), intent(inout) :: scene
-      integer :: m
-      scene%chose_domain = .false.
-      if (scene%time%domain /= domain_by_law) return
-      scene%time%domain = domain_fixed
-      do m = 1, size(scene%materials)
-         if (scene%materials(m)%law%for_large_strains()) scene%chose_domain = .true.
-      end do
-      if (scene%chose_domain) scene%time%domain = merge(domain_stretch, domain_corners, &
-                                                        scene%quasi_static%present)
-   end subroutine choose_domain
 
    !> True when a law brings an effect: that of a body with more than one particle a cell, for one alone does
    !> not lock.

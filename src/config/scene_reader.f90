@@ -10,9 +10,10 @@ module m_scene_reader
    use m_offer, only: catalogue_t
    use m_carved, only: carve
    use m_overlap, only: overlap
-   use m_scene, only: scene_t, place_t, fill_by_shape, fill_share, fill_whole
+   use m_scene, only: scene_t, place_t
    use m_scene_checks, only: check_scene
    use m_scene_groups, only: read_groups
+   use m_scene_particles, only: choose_fill, choose_domain
    implicit none
    private
    public :: read_scene, interpret_scene
@@ -63,6 +64,10 @@ contains
       if (.not. error%happened()) call read_groups(parsed, catalogue, scene, error)
       if (.not. error%happened()) call load_shapes(communicator, parsed, scene, error)
       if (.not. error%happened()) call carve_bodies(parsed, scene, error)
+      if (.not. error%happened()) then
+         call choose_fill(scene)
+         call choose_domain(scene)
+      end if
       if (.not. error%happened()) call check_scene(parsed, scene, error)
       if (.not. error%happened()) call note_places(parsed, scene)
       if (looks .and. .not. error%happened()) call check_directory(communicator, parsed, scene, error)
@@ -108,10 +113,6 @@ contains
             if (error%happened()) return
             call carve(body%shape, cut%shape)
          end associate
-      end do
-      do i = 1, size(scene%bodies)
-         if (scene%bodies(i)%fill == fill_by_shape) &
-            scene%bodies(i)%fill = merge(fill_share, fill_whole, scene%bodies(i)%shape%fills_by_share())
       end do
    end subroutine carve_bodies
 

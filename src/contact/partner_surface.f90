@@ -1,9 +1,9 @@
 !> The surface of another body as an element meets it: gap, normal and where the force acts there, by moving
 !> least squares over that body's elements (theory.md, eqs partner-gap, partner-foot, partner-normal; implicit
-!> moving least squares: Shen, O'Brien and Shewchuk 2004; curvature by a fitted sphere: Guennebaud and Gross
-!> 2007).
+!> moving least squares: Shen, O'Brien and Shewchuk 2004).
 module m_partner_surface
    use m_kinds, only: wp
+   use m_vectors, only: tangents
    use m_surface_elements, only: element_t, surface_elements_t, share_at
    implicit none
    private
@@ -32,6 +32,12 @@ module m_partner_surface
    real(wp), parameter :: alone = 1.0e-10_wp !< spread of a single element, of its squared distance:
                                              !< round-off, that tells no curvature
    integer, parameter :: sharpness = 8 !< power of the flatness with which the flatter body gives the normal
+   real(wp), parameter :: corner = 0.2_wp !< where curvatures leave this share of what normals differ by, or
+                                          !< more, there is a corner
+   real(wp), parameter :: tight(2) = [0.5_wp, 0.75_wp] !< curvature times edge, up to which a surface may be
+                                                       !< smooth, and from which on it has a corner
+   real(wp), parameter :: one_line = 0.02_wp !< determinant of the spread of places over its trace squared:
+                                             !< below they stand in a line, and one curvature is all
 
    !> What an element sees of one field: sums with weights (m2). Places are those from its own face.
    type :: view_t
@@ -40,7 +46,10 @@ module m_partner_surface
       real(wp), dimension(3) :: place = 0.0_wp, force_place = 0.0_wp, centre_place = 0.0_wp !< of faces, of
                                                                        !< force points, of particles
       real(wp) :: along = 0.0_wp, force_along = 0.0_wp, centre_along = 0.0_wp !< of these, along each normal
-      real(wp) :: square = 0.0_wp                      !< of the faces' distances
+      real(wp), dimension(3, 3) :: spread = 0.0_wp !< of the faces' places with themselves,
+      real(wp), dimension(3, 3) :: turn = 0.0_wp   !< of the normals with these
+      real(wp), dimension(3, 3) :: tilt = 0.0_wp   !< and of the normals with themselves
+      real(wp) :: edge = 0.0_wp                        !< of their particles
       real(wp) :: lateral = huge(1.0_wp)               !< to the nearest element, in its length
    end type view_t
 
@@ -110,7 +119,7 @@ contains
       integer, intent(in) :: e, numbers(:)
       type(view_t), intent(out) :: views(:) !< (fields)
       real(wp) :: apart(3), square, farthest, cosine, share, away, lateral(3), to_point(3), to_centre(3)
-      integer :: field, n
+      integer :: field, j, n
       farthest = (reach_of*elements%longest)**2
       associate (here => elements%list(e))
          do n = 1, size(numbers)
@@ -134,11 +143,16 @@ contains
                   view%normal = view%normal + share*there%normal
                   view%place = view%place + share*apart
                   view%along = view%along + share*away
-                  view%square = view%square + share*square
+                  do j = 1, 3
+                     view%spread(:, j) = view%spread(:, j) + (share*apart(j))*apart
+                     view%turn(:, j) = view%turn(:, j) + (share*apart(j))*there%normal
+                     view%tilt(:, j) = view%tilt(:, j) + (share*there%normal(j))*there%normal
+                  end do
                   view%force_place = view%force_place + share*to_point
                   view%force_along = view%force_along + share*dot_product(there%normal, to_point)
                   view%centre_place = view%centre_place + share*to_centre
                   view%centre_along = view%centre_along + share*dot_product(there%normal, to_centre)
+                  view%edge = view%edge + share*there%edge
                   view%mass = view%mass + share*there%mass
                   view%velocity = view%velocity + share*there%velocity
                   view%lateral = min(view%lateral, sqrt(dot_product(lateral, lateral)/there%area))
@@ -149,21 +163,57 @@ contains
    end subroutine look
 
    !> The normal of a surface where an element meets it: the mean of those around, turned by the surface's
-   !> curvature from their middle to the foot of the element. Exact on spheres.
+   !> curvatures from their middle to the foot of the element. The curvatures are those that fit the normals
+   !> best, along two tangents; what they leave says how much of a corner there is. Exact on spheres, on
+   !> cylinders and on planes.
    pure type(foot_t) function foot_of(view) result(foot)
       type(view_t), intent(in) :: view
-      real(wp) :: length, spread_of, curvature
-      length = norm2(view%normal)
-      foot%exists = length > 0.0_wp
+      real(wp) :: axes(3, 2), axis(3), places(2, 2), normals(2, 2), curvature(2, 2), scatter, left
+      real(wp) :: mean_place(3), mean_normal(3), determinant, rough, across(2)
+      foot%exists = norm2(view%normal) > 0.0_wp
       if (.not. foot%exists) return
-      foot%share = (length/view%weight)**sharpness
-      spread_of = view%square - dot_product(view%place, view%place)/view%weight
-      curvature = 0.0_wp
-      if (spread_of > alone*view%square) curvature = foot%share &
-         *(view%along - dot_product(view%normal, view%place)/view%weight)/spread_of
-      foot%normal = view%normal - curvature*view%place
-      foot%exists = norm2(foot%normal) > 0.0_wp
-      if (foot%exists) foot%normal = foot%normal/norm2(foot%normal)
+      mean_normal = view%normal/view%weight
+      mean_place = view%place/view%weight
+      axis = view%normal/norm2(view%normal)
+      axes = tangents(axis)
+      places = along_axes(view%spread/view%weight - outer(mean_place, mean_place))
+      normals = along_axes(view%turn/view%weight - outer(mean_normal, mean_place))
+      determinant = places(1, 1)*places(2, 2) - places(1, 2)*places(2, 1)
+      if (trace(places) <= alone*trace(along_axes(view%spread))/view%weight) then
+         curvature = 0.0_wp
+      else if (determinant > one_line*trace(places)**2) then
+         curvature = matmul(normals, reshape([places(2, 2), -places(2, 1), -places(1, 2), places(1, 1)], &
+                                             [2, 2]))/determinant
+      else
+         curvature = trace(normals)/trace(places)*reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
+      end if
+      ! what the normals differ by: all of it, and what no curvature explains
+      scatter = max(0.0_wp, 1.0_wp - dot_product(mean_normal, mean_normal))
+      left = trace(along_axes(view%tilt/view%weight - outer(mean_normal, mean_normal))) &
+             - sum(curvature*normals)
+      rough = max((norm2(curvature)*view%edge/view%weight - tight(1))/(tight(2) - tight(1)), 0.0_wp)
+      if (scatter > epsilon(1.0_wp)) rough = max(rough, left/(corner*scatter))
+      foot%share = (1.0_wp - scatter*min(1.0_wp, rough))**(sharpness/2)
+      across = -foot%share*matmul(curvature, matmul(mean_place, axes))
+      foot%normal = matmul(axes, across) + sqrt(max(0.25_wp, 1.0_wp - dot_product(across, across)))*axis
+      foot%normal = foot%normal/norm2(foot%normal)
+   contains
+      pure function along_axes(tensor) result(plane)
+         real(wp), intent(in) :: tensor(3, 3)
+         real(wp) :: plane(2, 2)
+         plane = matmul(transpose(axes), matmul(tensor, axes))
+      end function along_axes
+
+      pure function outer(a, b) result(tensor)
+         real(wp), intent(in) :: a(3), b(3)
+         real(wp) :: tensor(3, 3)
+         tensor = spread(a, 2, 3)*spread(b, 1, 3)
+      end function outer
+
+      pure real(wp) function trace(plane)
+         real(wp), intent(in) :: plane(2, 2)
+         trace = plane(1, 1) + plane(2, 2)
+      end function trace
    end function foot_of
 
    !> How far a surface is from the face of the element that meets it (m), by places on it or by force points:

@@ -24,6 +24,9 @@ module m_surface
    real(wp), parameter :: farthest = 1.5_wp !< that a surface is looked for from a particle, in its edges
    integer, parameter :: steps = 24 !< along a direction, until one of them ends outside
    real(wp), parameter :: near = 1.0e-9_wp !< enough to the surface, in particle edges
+   integer, parameter :: most_turns = 20 !< of a normal towards that at the foot
+   real(wp), parameter :: smooth = 0.2_wp  !< it does not turn by more on a smooth surface
+   real(wp), parameter :: same = 1.0e-14_wp !< by which a normal turns that is there
    real(wp), parameter :: just_inside = 1.0e-4_wp !< in particle edges: there the nearest face is that above
    real(wp), parameter :: one_face = 0.99_wp !< cosine between the normals on both sides of a surface where it
                                              !< is smooth
@@ -152,8 +155,9 @@ contains
       end do
       do e = 1, found
          normal = area(:, e)/norm2(area(:, e))
-         arm(:, e) = max(way_out(self%bodies(body)%shape, centre, normal, edge), 0.01_wp*edge)*normal
          size_of(e) = norm2(area(:, e))
+         call find_foot(self%bodies(body)%shape, centre, normal, edge, arm(:, e))
+         area(:, e) = size_of(e)*normal
       end do
       do e = 1, found - 1
          k = e - 1 + maxloc(size_of(e:found), dim=1)
@@ -193,6 +197,33 @@ contains
       end if
       if (.not. dot_product(normal, out) > 0.0_wp) normal = out
    end function face_normal
+
+   !> The way from a particle's centre to the surface that an element stands for, m, and the normal there.
+   !> Where the surface is smooth it is the shortest way, so that both are exact: each time the normal of the
+   !> surface at the foot of the last one is taken.
+   subroutine find_foot(shape, centre, normal, edge, arm)
+      class(shape_t), intent(in) :: shape
+      real(wp), intent(in) :: centre(3)
+      real(wp), intent(inout) :: normal(3)
+      real(wp), intent(in) :: edge !< of the particle's place, m
+      real(wp), intent(out) :: arm(3)
+      real(wp) :: there(3), last(3), inside(3), distance, way
+      integer :: t
+      way = max(way_out(shape, centre, normal, edge), 0.01_wp*edge)
+      arm = way*normal
+      if (way >= farthest*edge) return
+      last = normal
+      do t = 1, most_turns
+         inside = centre + (way - just_inside*edge)*last
+         call shape%distance_and_normal(inside, distance, there)
+         if (norm2(there - normal) > smooth .or. norm2(there - last) <= same) exit
+         way = dot_product(inside - distance*there - centre, there)
+         last = there
+      end do
+      if (norm2(there - last) > near .or. way < 0.01_wp*edge) return
+      normal = last
+      arm = way*normal
+   end subroutine find_foot
 
    !> How far one goes from a particle's centre along a direction of length 1 until one leaves the shape, m; 0
    !> where the centre is outside, at most 1.5 edges of its place.

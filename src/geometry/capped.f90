@@ -22,7 +22,6 @@ module m_capped
       procedure :: bounding_box
       procedure :: centre
       procedure :: lattice_origin
-      procedure :: fills_by_share
       procedure :: place_name
       procedure(form_interface), deferred :: form_variables
       procedure(distance_interface), deferred :: form_distance
@@ -115,11 +114,6 @@ contains
       real(wp) :: origin(3)
       origin = self%tip
    end function lattice_origin
-
-   pure logical function fills_by_share(self)
-      class(capped_t), intent(in) :: self
-      fills_by_share = .true.
-   end function fills_by_share
 
    pure function place_name(self, down) result(name)
       class(capped_t), intent(in) :: self

@@ -27,7 +27,6 @@ module m_carved
       procedure :: knows_volume
       procedure :: centre
       procedure :: lattice_origin
-      procedure :: fills_by_share
       procedure :: thinnest
       procedure :: place_name
    end type carved_t
@@ -163,11 +162,6 @@ contains
       real(wp) :: origin(3)
       origin = self%whole%lattice_origin()
    end function lattice_origin
-
-   pure logical function fills_by_share(self)
-      class(carved_t), intent(in) :: self
-      fills_by_share = .true.
-   end function fills_by_share
 
    pure subroutine thinnest(self, thickness, variable)
       class(carved_t), intent(in) :: self

@@ -20,6 +20,7 @@ module m_cylinder
       procedure :: bounding_box
       procedure :: inside
       procedure :: volume
+      procedure :: area
       procedure :: centre
       procedure :: lattice_origin
       procedure :: thinnest
@@ -78,6 +79,11 @@ contains
       class(cylinder_t), intent(in) :: self
       volume = pi*self%radius**2*self%height
    end function volume
+
+   pure real(wp) function area(self)
+      class(cylinder_t), intent(in) :: self
+      area = 2.0_wp*pi*self%radius*(self%radius + self%height)
+   end function area
 
    pure function centre(self)
       class(cylinder_t), intent(in) :: self

@@ -49,7 +49,6 @@ module m_file_shape
       procedure :: reach
       procedure :: volume
       procedure :: lattice_origin
-      procedure :: fills_by_share
       procedure :: place_name
    end type file_shape_t
 
@@ -313,11 +312,6 @@ contains
       real(wp) :: origin(3)
       origin = self%origin
    end function lattice_origin
-
-   pure logical function fills_by_share(self)
-      class(file_shape_t), intent(in) :: self
-      fills_by_share = .true.
-   end function fills_by_share
 
    pure function place_name(self, down) result(name)
       class(file_shape_t), intent(in) :: self

@@ -32,10 +32,10 @@ module m_shape
       procedure :: inside
       procedure :: volume
       procedure :: knows_volume
+      procedure :: area
       procedure :: centre
       procedure :: lattice_origin
       procedure :: is_lattice
-      procedure :: fills_by_share
       procedure :: thinnest
       procedure :: place_name
    end type shape_t
@@ -179,6 +179,12 @@ contains
       knows_volume = .true.
    end function knows_volume
 
+   !> Area of the surface, m2; 0 where the shape does not say.
+   pure real(wp) function area(self)
+      class(shape_t), intent(in) :: self
+      area = 0.0_wp
+   end function area
+
    !> Centre of a body (m), about which it spins.
    pure function centre(self)
       class(shape_t), intent(in) :: self
@@ -200,13 +206,6 @@ contains
       class(shape_t), intent(in) :: self
       is_lattice = .false.
    end function is_lattice
-
-   !> True where particles that the surface cuts have the share of their volume inside, if the scene does not
-   !> say; else a particle is whole or not there.
-   pure logical function fills_by_share(self)
-      class(shape_t), intent(in) :: self
-      fills_by_share = .false.
-   end function fills_by_share
 
    !> How thick a body is where it is thinnest (m), and the variable that says it.
    pure subroutine thinnest(self, thickness, variable)

@@ -20,6 +20,7 @@ module m_sphere
       procedure :: reach
       procedure :: inside
       procedure :: volume
+      procedure :: area
       procedure :: centre
       procedure :: thinnest
    end type sphere_t
@@ -88,6 +89,11 @@ contains
       class(sphere_t), intent(in) :: self
       volume = 4.0_wp/3.0_wp*pi*self%radius**3
    end function volume
+
+   pure real(wp) function area(self)
+      class(sphere_t), intent(in) :: self
+      area = 4.0_wp*pi*self%radius**2
+   end function area
 
    pure function centre(self)
       class(sphere_t), intent(in) :: self

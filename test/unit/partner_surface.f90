@@ -21,6 +21,10 @@ program partner_surface
    call spheres('a small sphere on a large one', 3.0_wp, 12.0_wp, 0.012_wp)
    call spheres('a sphere in a hollow one', 6.0_wp, -9.0_wp, 0.001_wp)
    call cylinder()
+   call fit('a ball in a socket', 0.0_wp, 0.0_wp, 1.0e-12_wp)
+   call fit('a shaft in a bore', 1.0_wp, 0.0_wp, 1.0e-12_wp)
+   call fit('a bent tube in another', 0.7_wp, 0.0_wp, 3.0e-3_wp)
+   call fit('control: normals of the lattice, not of the surface', 0.0_wp, 0.1_wp, -2.0e-2_wp)
    call planes()
    call corner()
    call test%finish()
@@ -138,6 +142,37 @@ contains
          end associate
       end do
    end subroutine cylinder
+
+   !> Two surfaces in one place, seen from both sides: z = R - sqrt(R^2 - x^2 - (1 - slim) y^2), a sphere with
+   !> slim=0 and a cylinder with slim=1, of irregular elements whose normals are off by up to so much. Gaps
+   !> are 0 within so much of an edge; below 0: the largest is beyond that.
+   subroutine fit(name, slim, off, bound)
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: slim, off, bound
+      type(element_t), allocatable :: list(:)
+      type(meeting_t), allocatable :: meetings(:)
+      real(wp), parameter :: radius = 4.0_wp
+      real(wp) :: x(3), n(3), largest
+      integer :: count, k, side, m
+      allocate (list(0))
+      do k = 1, 300
+         do side = -1, 1, 2
+            x(:2) = chance%several(2, -2.0_wp, 2.0_wp)
+            x(3) = radius - sqrt(radius**2 - x(1)**2 - (1.0_wp - slim)*x(2)**2)
+            n = [x(1), (1.0_wp - slim)*x(2), x(3) - radius]
+            n = n/norm2(n) + off*chance%several(3, -1.0_wp, 1.0_wp)
+            list = [list, element((3 + side)/2, x, side*n/norm2(n), 0.0_wp)]
+         end do
+      end do
+      call meet(list, meetings, count)
+      call test%check(count > 200, name//': elements meet')
+      largest = 0.0_wp
+      do m = 1, count
+         largest = max(largest, abs(meetings(m)%gap))
+      end do
+      if (bound > 0.0_wp) call test%check_close(largest, 0.0_wp, bound*edge, name//': gap')
+      if (bound < 0.0_wp) call test%check(largest > -bound*edge, name)
+   end subroutine fit
 
    !> Planes of irregular elements: gap, normal and place are exact.
    subroutine planes()

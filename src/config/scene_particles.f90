@@ -1,0 +1,153 @@
+!> How bodies are filled and how the domains of their particles deform where a scene does not say
+!> (theory.md, Bodies that the lattice does not fit; doc/user/input.md, Fill and domains).
+module m_scene_particles
+   use m_kinds, only: wp
+   use m_scene, only: scene_t, body_spec_t, tool_spec_t, fill_by_shape, fill_share, fill_whole, &
+                      domain_by_law, domain_fixed, domain_stretch, domain_corners, because_law, &
+                      because_surface, because_single
+   implicit none
+   private
+   public :: choose_fill, choose_domain
+
+   real(wp), parameter :: around = 2.0_wp    !< cells about the place that a tool touches first: a face is
+                                             !< flat that is so as far as this
+   real(wp), parameter :: on_surface = 1.0e-6_wp !< cells, and of the components of a normal
+
+contains
+
+   !> Bodies, carved by now, of which the scene does not say how they are filled: particles fill boxes along
+   !> the grid as they are, and are cut by the surface of all others.
+   pure subroutine choose_fill(scene)
+      type(scene_t), intent(inout) :: scene
+      integer :: b
+      do b = 1, size(scene%bodies)
+         associate (body => scene%bodies(b))
+            if (body%fill == fill_by_shape) body%fill = merge(fill_whole, fill_share, body%shape%is_lattice())
+         end associate
+      end do
+   end subroutine choose_fill
+
+   !> Where the scene does not say, domains follow the material if a law is made for large strains, if
+   !> something may press a surface that cuts particles, and if a tool goes more than a cell into particles
+   !> that are alone in their cells.
+   pure subroutine choose_domain(scene)
+      type(scene_t), intent(inout) :: scene
+      integer :: m, t
+      scene%chose_domain = 0
+      if (scene%time%domain /= domain_by_law) return
+      scene%time%domain = domain_fixed
+      do t = 1, size(scene%tools)
+         if (any(scene%bodies%particles_per_cell == 1) .and. goes_deep(scene, scene%tools(t))) &
+            scene%chose_domain = because_single
+      end do
+      if (may_press_cuts(scene)) scene%chose_domain = because_surface
+      do m = 1, size(scene%materials)
+         if (scene%materials(m)%law%for_large_strains()) scene%chose_domain = because_law
+      end do
+      if (scene%chose_domain > 0) &
+         scene%time%domain = merge(domain_stretch, domain_corners, scene%quasi_static%present)
+   end subroutine choose_domain
+
+   !> True when tools, other bodies or pressures may press particles that a surface cuts.
+   pure logical function may_press_cuts(scene) result(may)
+      type(scene_t), intent(in) :: scene
+      integer :: e, t
+      may = .false.
+      if (.not. any(scene%bodies%fill == fill_share)) return
+      may = scene%fields() > 1
+      do e = 1, size(scene%effects)
+         may = may .or. scene%effects(e)%it%name == 'pressure'
+      end do
+      do t = 1, size(scene%tools)
+         may = may .or. .not. meets_a_face(scene, scene%tools(t))
+      end do
+   end function may_press_cuts
+
+   !> True when a tool surely meets a face along the grid that layers of whole particles end at: seen from its
+   !> tip along its axis, as far as some cells about the place where it comes to.
+   pure logical function meets_a_face(scene, tool) result(meets)
+      type(scene_t), intent(in) :: scene
+      type(tool_spec_t), intent(in) :: tool
+      real(wp) :: place(3), way, farthest, gap
+      integer :: b, first
+      meets = allocated(tool%motions)
+      if (meets) meets = size(tool%motions) > 0
+      meets = .not. meets .and. maxval(abs(tool%axis)) > 1.0_wp - on_surface
+      if (.not. meets) return
+      place = tool%tip
+      farthest = norm2(scene%grid%upper - scene%grid%lower)
+      way = 0.0_wp
+      associate (near => on_surface*scene%grid%cell_size)
+         do while (way <= farthest)
+            first = 0
+            gap = huge(gap)
+            do b = 1, size(scene%bodies)
+               associate (distance => scene%bodies(b)%shape%distance(place))
+                  if (distance < gap) then
+                     gap = distance
+                     first = b
+                  end if
+               end associate
+            end do
+            if (gap < near) exit
+            way = way + gap
+            place = place + gap*tool%axis
+         end do
+         meets = way <= farthest
+      end associate
+      if (meets) meets = is_face(scene%bodies(first), scene%grid%cell_size, maxloc(abs(tool%axis), dim=1), &
+                                 place)
+   end function meets_a_face
+
+   !> True when the surface of a body is a face across an axis around a place on it, with whole particles
+   !> behind it.
+   pure logical function is_face(body, cell, axis, place)
+      type(body_spec_t), intent(in) :: body
+      real(wp), intent(in) :: cell     !< of the coarsest level, m
+      integer, intent(in) :: axis
+      real(wp), intent(in) :: place(3) !< m
+      real(wp) :: there(3), distance, normal(3), origin(3), spacing, layers
+      integer :: other, side
+      is_face = .true.
+      if (body%fill == fill_share) then
+         origin = body%shape%lattice_origin()
+         spacing = cell/nint(real(body%particles_per_cell, wp)**(1.0_wp/3.0_wp))
+         layers = (place(axis) - origin(axis))/spacing
+         is_face = abs(layers - nint(layers)) < 1.0e-3_wp
+      end if
+      do other = 1, 3
+         if (other == axis) cycle
+         do side = -1, 1, 2
+            there = place
+            there(other) = there(other) + side*around*cell
+            call body%shape%distance_and_normal(there, distance, normal)
+            is_face = is_face .and. abs(distance) < 10.0_wp*on_surface*cell &
+                      .and. abs(normal(axis)) > 1.0_wp - on_surface
+         end do
+      end do
+   end function is_face
+
+   !> True when a tool may go further than a cell of the finest level from where it begins: by its own speeds,
+   !> or pushed by loads, of which nothing is known.
+   pure logical function goes_deep(scene, tool)
+      type(scene_t), intent(in) :: scene
+      type(tool_spec_t), intent(in) :: tool
+      real(wp) :: from, to, speed(2), way
+      integer :: n
+      goes_deep = allocated(tool%loads)
+      if (goes_deep .or. tool%stands) return
+      way = abs(tool%speeds(1))*max(0.0_wp, tool%times(1))
+      do n = 1, size(tool%times)
+         from = tool%times(n)
+         to = scene%end_time
+         speed = tool%speeds(n)
+         if (n < size(tool%times)) then
+            to = tool%times(n + 1)
+            speed(2) = tool%speeds(n + 1)
+         end if
+         way = way + 0.5_wp*sum(abs(speed))*max(0.0_wp, to - from)
+      end do
+      goes_deep = way > scene%grid%cell_size/2.0_wp**(scene%depth() - 1)
+   end function goes_deep
+
+end module m_scene_particles

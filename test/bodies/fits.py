@@ -1,0 +1,85 @@
+"""Bodies of two groups that fit each other: they press by nothing where nothing acts, and by Lame's pressure
+where one is too large (theory.md, eqs surface-element, partner-gap).
+usage: fits.py [long] (in an empty directory; GIMP3D is the program)"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "verification"))
+from run_scene import History, run
+from runs import check, finish
+
+YOUNG, NU, RADIUS = 210e9, 0.3, 20e-3
+STEEL = f"&material name='steel', model='elastic', density=7800, young={YOUNG}, poisson={NU} /\n"
+STATIC = "&quasi_static step=0.25, max_step=0.25 /\n"
+
+
+def mean_force(name, pair, after):
+    rows = History(Path(name) / f"contact_{pair}.dat")
+    late = rows["time"] > after
+    return np.abs([rows[f"force_{axis}"][late].mean() for axis in "xyz"])
+
+
+def ball_in_a_socket(particles):
+    """An eighth of a ball, four cells a radius, in a socket of its radius."""
+    name, radius = f"socket_{particles}", 8e-3
+    run(
+        "&scene title='ball in a socket', end_time=0.5 /\n"
+        "&grid lower=0,0,0, upper=16e-3,16e-3,16e-3, cell_size=2e-3, "
+        "boundary='symmetry','free','symmetry','free','symmetry','free' /\n"
+        + STEEL
+        + f"&body name='a', material='steel', shape='sphere', center=0,0,0, radius={radius}, "
+        f"particles_per_cell={particles}, contact_group='a' /\n"
+        f"&body name='b', material='steel', shape='sphere', center=0,0,0, radius=14e-3, "
+        f"particles_per_cell={particles}, contact_group='b' /\n"
+        f"&cut body='b', shape='sphere', center=0,0,0, radius={radius} /\n"
+        + STATIC
+        + f"&output directory='{name}', history_every=0.1, formats='none' /\n",
+        1,
+    )
+    pressure = mean_force(name, "a_b", 0.4) / (np.pi / 4 * radius**2)
+    check(f"ball in a socket of its radius, {particles} a cell: pressure over 1e-6 E", pressure / 2.1e5, 1e-3)
+
+
+def rings(name, cell, interference, explicit=False):
+    """Mean pressure between a ring and a hub (m: how much larger its radius is), over Lame's."""
+    end = 3e-4 if explicit else 1
+    fits = interference / 2
+    fit = f", start='as_is', press_fit={0.5 * end}" if interference > 0 else ""
+    run(
+        f"&scene title='{name}', end_time={end} /\n"
+        f"&grid lower=0,0,0, upper=32e-3,32e-3,{cell}, cell_size={cell}, "
+        "boundary='symmetry','free','symmetry','free','symmetry','symmetry' /\n"
+        + STEEL
+        + f"&body name='ring', material='steel', shape='cylinder', center=0,0,0, radius={RADIUS + fits!r}, "
+        f"height={cell}, contact_group='inner' /\n"
+        "&cut body='ring', shape='cylinder', center=0,0,-5e-3, radius=10e-3, height=15e-3 /\n"
+        f"&body name='hub', material='steel', shape='cylinder', center=0,0,0, radius=30e-3, height={cell}, "
+        "contact_group='outer' /\n"
+        f"&cut body='hub', shape='cylinder', center=0,0,-5e-3, radius={RADIUS - fits!r}, height=15e-3 /\n"
+        f"&body_contact groups='inner','outer'{fit} /\n"
+        + ("&damping kind='viscous', coefficient=1e5 /\n" if explicit else STATIC)
+        + f"&output directory='{name}', history_every={end / 100}, formats='none' /\n",
+        1,
+    )
+    lame = max(abs(interference), 1e-6) * YOUNG / (1 - NU**2) / (RADIUS * (1300 / 500 + 500 / 300))
+    return mean_force(name, "inner_outer", 0.85 * end)[:2] / (RADIUS * cell) / lame
+
+
+ball_in_a_socket(8)
+check("rings that fit, pressure over that of 1 um", rings("none", 2e-3, 0.0), 1e-6)
+check("control: rings 1 um apart do not press", rings("apart", 2e-3, -1e-6), 0.0)
+check("press fit of 2.5 um, cells of 2 mm: over Lame", rings("fit", 2e-3, 2.5e-6) - 1, 0.01)
+if sys.argv[1:] == ["long"]:
+    ball_in_a_socket(1)
+    for um in (2.5, 5, 25):
+        for mm in (2, 1):
+            name = f"fit_{um}_{mm}"
+            off = rings(name, mm * 1e-3, um * 1e-6) - 1
+            check(f"press fit of {um} um, cells of {mm} mm: over Lame", off, 0.01)
+        off = rings(f"explicit_{um}", 2e-3, um * 1e-6, explicit=True) - 1
+        check(f"press fit of {um} um, cells of 2 mm, explicit: over Lame", off, 0.01)
+    check("rings that fit, explicit", rings("none_explicit", 2e-3, 0.0, explicit=True), 1e-3)
+finish()

@@ -1,0 +1,159 @@
+"""Curved bodies under flat plates, and a sphere pressed deep into a block, with no word about how bodies are
+filled or how domains deform (theory.md, Bodies that the lattice does not fit).
+usage: round_bodies.py [long] (in an empty directory; GIMP3D is the program)"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import brentq
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "verification"))
+from run_scene import History, run
+from runs import check, finish, require
+
+NU = 0.3
+MODULUS = 1 / (1 - NU**2)  # Young's modulus and the radius are 1
+
+
+def ball_load(approach):
+    """Load of an elastic ball between two flat plates, by how far each comes nearer to its centre: Hertz, and
+    what the far side gives way by (Tatara 1991)."""
+
+    def come(load):
+        a = (0.75 * load / MODULUS) ** (1 / 3)
+        far = 2 * (1 + NU) / (a**2 + 4) ** 1.5 + (1 - NU**2) / (a**2 + 4) ** 0.5
+        return a**2 - far * load / np.pi
+
+    return brentq(lambda load: come(load) - approach, 1e-12, 10)
+
+
+def disk_load(approach):
+    """Load per length of a disk between two plates (Johnson 1985, eq. 5.57)."""
+
+    def come(load):
+        a = np.sqrt(4 * load / (np.pi * MODULUS))
+        return load / (np.pi * MODULUS) * (2 * np.log(4 / a) - 1)
+
+    return brentq(lambda load: come(load) - approach, 1e-12, 0.5)
+
+
+def pressed(name, cells, shape, deep, speed, words=""):
+    """Load over approach of an eighth of a ball, or a quarter of a disk of one cell, with so many cells a
+    radius, and what the run says."""
+    cell = 1 / cells
+    n = int(np.ceil(cells)) + 2
+    slice_of = shape == "cylinder"
+    lengths = [n * cell, cell if slice_of else n * cell, n * cell]
+    sides = "'symmetry','free','symmetry','symmetry'" if slice_of else "'symmetry','free','symmetry','free'"
+    axis = f", height={cell!r}, axis=0,1,0" if slice_of else ""
+    said = run(
+        f"&scene title='{name}', end_time={float(deep / speed + 1)!r} /\n"
+        f"&grid lower=0,0,0, upper={','.join(map(repr, lengths))}, cell_size={cell!r}, "
+        f"boundary={sides},'symmetry','free' /\n"
+        f"&material name='m', model='elastic', density=1, young=1, poisson={NU} /\n"
+        f"&body material='m', shape='{shape}', center=0,0,0, radius=1{axis}{words} /\n"
+        f"&tool name='plate', shape='flat', radius=2, tip=0,0,1, times=0,2, speeds=0,{speed} /\n"
+        f"&output directory='{name}', formats='none' /\n",
+        1,
+    )
+    rows = History(Path(name) / "tool_plate.dat")
+    share = 0.5 * cell if slice_of else 0.25
+    return rows["depth"], rows["load_z"] / share, said
+
+
+def off(depth, load, exact, at):
+    """How far the load is off the exact one, in the mean over 7 % of the approach on either side."""
+    near = np.abs(depth / at - 1) < 0.07
+    return np.mean(load[near] / [exact(z) for z in depth[near]]) - 1
+
+
+def ball(cells, speed, bounds):
+    name = f"ball_{cells}"
+    contact = [k / cells for k in bounds]
+    come = [
+        a**2 - (4 * MODULUS / 3 * a**3 / np.pi) * (2.6 / (a**2 + 4) ** 1.5 + (1 - NU**2) / (a**2 + 4) ** 0.5)
+        for a in contact
+    ]
+    depth, load, said = pressed(name, cells, "sphere", 1.08 * come[-1], speed)
+    for at, (k, bound) in zip(come, bounds.items()):
+        check(f"ball of {cells} cells a radius, {k} a contact radius", off(depth, load, ball_load, at), bound)
+    require(f"{name}: how it is filled is said", "cut by the surface" in said)
+    require(f"{name}: so are the domains", "chosen     domain='corners'" in said)
+    return come
+
+
+def disk(cells, speed, bounds):
+    name = f"disk_{cells}"
+    come = [
+        (a**2 / 4) * (2 * np.log(4 / a) - 1) for a in (k / cells for k in bounds)
+    ]  # load = pi a^2 MODULUS / 4
+    depth, load, said = pressed(name, cells, "cylinder", 1.08 * come[-1], speed)
+    for at, (k, bound) in zip(come, bounds.items()):
+        check(
+            f"disk of {cells} cells a radius, {k} a contact half-width",
+            off(depth, load, disk_load, at),
+            bound,
+        )
+
+
+def whole(cells, speed, come):
+    """The control: particles that are whole or not there make facets of a ball."""
+    depth, load, said = pressed("whole", cells, "sphere", 1.08 * come, speed, ", fill='whole'")
+    far = off(depth, load, ball_load, come)
+    require(f"control: whole particles are far off ({100 * far:.1f} %)", far > 0.1)
+
+
+def face(cells=6):
+    """A cylinder pressed on its flat face, with whole particles under it: its domains stay cubes."""
+    said = run(
+        f"&scene title='face', end_time=0.1, mode='plan' /\n"
+        f"&grid lower=0,0,0, upper={cells + 2},{cells + 2},{cells + 2}, cell_size=1, "
+        "boundary='symmetry','free','symmetry','free','roller','free' /\n"
+        f"&material name='m', model='elastic', density=1, young=1, poisson={NU} /\n"
+        f"&body material='m', shape='cylinder', center=0,0,0, radius={cells}, height={cells} /\n"
+        f"&tool name='ball', shape='sphere', radius=3, tip=0,0,{cells}, times=0, speeds=0.01 /\n",
+        1,
+    )
+    require("a cylinder pressed on its face: no domains are chosen", "chosen     domain" not in said)
+    require("and it is cut all the same", "cut by the surface" in said)
+
+
+def deep(bounds):
+    """A sphere of 2.7 cells a radius buried in a block, one particle a cell: against finite elements."""
+    speed, end = 150.8, 3.2e-6
+    said = run(
+        f"&scene title='deep', end_time={end / speed + 1.45e-9!r} /\n"
+        "&grid lower=0,0,0, upper=61.44e-6,61.44e-6,38.4e-6, cell_size=1.28e-6, "
+        "boundary='symmetry','free','symmetry','free','roller','free' /\n"
+        "&material name='m', model='elastic', density=2710, young=70e9, poisson=0.33 /\n"
+        "&body material='m', shape='box', lower=0,0,0, upper=56.32e-6,56.32e-6,32e-6, "
+        "particles_per_cell=1 /\n"
+        "&tool name='ball', shape='sphere', radius=3.4e-6, tip=0,0,32e-6, times=0,2.9e-9, "
+        f"speeds=0,{speed} /\n"
+        "&output directory='deep', formats='none' /\n",
+        1,
+    )
+    rows = History(Path("deep") / "tool_ball.dat")
+    for at, exact in {2e-6: 145.1e-3, 2.73e-6: 229.7e-3, 3.11e-6: 278.1e-3}.items():
+        near = np.abs(rows["depth"] / at - 1) < 0.06
+        fit = np.polyfit(rows["depth"][near], rows["load_z"][near], 1)
+        check(
+            f"deep sphere, {1e6 * at:.2f} um: load against finite elements",
+            np.polyval(fit, at) / exact - 1,
+            bounds,
+        )
+    require("deep: domains are chosen", "chosen     domain='corners'" in said)
+
+
+if sys.argv[1:] == ["long"]:
+    for cells in (15, 15.33, 15.67):
+        ball(cells, 0.003, {2: 0.05, 3.5: 0.03, 5: 0.02})
+        disk(cells, 0.003, {2: 0.05, 3.5: 0.03, 5: 0.02})
+    deep(0.05)
+else:
+    come = ball(11, 0.005, {2: 0.05, 3.5: 0.03})
+    whole(11, 0.005, come[0])
+    disk(15, 0.005, {2: 0.05, 3.5: 0.03})
+    face()
+finish()
