@@ -30,7 +30,7 @@ from pathlib import Path
 
 from . import study_fit as fit
 from .plots import scaled
-from .run_data import Unreadable, depth_of, read_namelists
+from .run_data import Unreadable, depth_of, read_namelists, senseless, text_in, why
 
 # name of the row, key of hardness.json, unit
 rows = [
@@ -69,7 +69,7 @@ class Case:
         if not path.is_file():
             raise Wrong(f"{directory} has no {path.name} yet: make hardness RUN={directory}")
         try:
-            self.answer = json.loads(path.read_text())
+            self.answer = json.loads(text_in(path))
         except ValueError as error:
             raise Wrong(f"{path}: {error}")
         self.scene = read_namelists(directory / "case.nml")
@@ -255,8 +255,8 @@ def main():
     except (Wrong, Unreadable) as error:
         print(f"error_bar: {error}", file=sys.stderr)
         return 2
-    except (KeyError, IndexError) as error:
-        print(f"error_bar: what a run wrote lacks {error}", file=sys.stderr)
+    except senseless as error:
+        print(f"error_bar: what a run wrote {why(error)}", file=sys.stderr)
         return 2
     print_table(found, ladder, pairs, missing)
     path = ladder[0].directory / ("error_bar.json" if not options.tool else f"error_bar_{options.tool}.json")

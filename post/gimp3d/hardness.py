@@ -44,7 +44,7 @@ from . import indentation
 from . import oliver_pharr
 from .instrument_file import hld_text
 from .plots import Run, scaled, snapshots_of
-from .run_data import History, Particles, Unreadable, depth_of
+from .run_data import History, Particles, Unreadable, depth_of, senseless, why
 
 keys = (
     "max_depth",
@@ -123,7 +123,7 @@ class Record:
         self.load = -sum(history[f"load_{x}"] * along for x, along in zip("xyz", axis)) / self.share
         self.area = history["contact_area"] / self.share
         self.cell = run.case["grid"][0]["cell_size"][0] / 2 ** depth_of(run.case)
-        if not all(np.all(np.isfinite(values)) for values in (self.depth, self.load, self.area)):
+        if not all(np.all(np.isfinite(values)) for values in (self.time, self.depth, self.load, self.area)):
             raise Missing(f"tool_{self.name}.dat holds values that are not finite")
         if not np.any((self.load > 0) & (self.depth > 0)):
             raise Missing(
@@ -405,12 +405,22 @@ def depth_row(unloading, result, true):
     return row
 
 
+def energy_of(run):
+    """The history of the run's energies; None where there is none."""
+    path = run.directory / "energy.dat"
+    if not path.is_file():
+        return None
+    energy = History(path)
+    if not all(np.all(np.isfinite(values)) for values in energy.columns.values()):
+        raise Unreadable(f"{path} holds values that are not finite")
+    return energy if energy.rows else None
+
+
 def lost_share(run, time):
     """The error of the run's energy balance at a time, as a share of the work: work that neither the material
     nor its motion has."""
-    path = run.directory / "energy.dat"
-    energy = History(path) if path.is_file() else None
-    if energy is None or energy.rows == 0:
+    energy = energy_of(run)
+    if energy is None:
         return None
     return abs(float(np.interp(time, energy["time"], energy["balance_error"])))
 
@@ -419,9 +429,8 @@ def kinetic_share(run, record, row, main, answer):
     """Largest kinetic energy over the second half of the loading and the unloading, as a share of the tools'
     work: a quasi-static curve has less than 1 %. And that of the loading, as a share of what unloading gives
     back: soft metal gives little back."""
-    path = run.directory / "energy.dat"
-    energy = History(path) if path.is_file() else None
-    if energy is None or energy.rows == 0:
+    energy = energy_of(run)
+    if energy is None:
         return
     half = record.time[np.argmax(record.depth >= 0.5 * record.depth[row])]
     last = record.time[main[0].end if main else row]
@@ -713,8 +722,8 @@ def main():
     except (Missing, Unreadable) as error:
         print(f"hardness: {error}", file=sys.stderr)
         return 2
-    except (KeyError, IndexError) as error:
-        print(f"hardness: {options.run}: what the run wrote lacks {error}", file=sys.stderr)
+    except senseless as error:
+        print(f"hardness: {options.run}: what the run wrote {why(error)}", file=sys.stderr)
         return 2
     print_table(answer)
     suffix = f"_{record.name}" if len(run.tools) > 1 else ""

@@ -113,11 +113,13 @@ def surface_of(particles, frame, case, body_number, reach, normals=()):
     sides = np.linalg.norm(edges, axis=2)
     sides[rows, steepest] = np.inf
     half_width = sides.min(axis=1)
-    near = np.hypot(places[:, 0], places[:, 1]) < reach
-    near &= height > -1.5 * reach
+    radii = np.hypot(places[:, 0], places[:, 1])
+    own_body = height > -1.5 * reach
     if "body" in particles.fields:
-        near &= particles["body"].reshape(-1) == body_number
-    chosen = np.flatnonzero(near)
+        own_body &= particles["body"].reshape(-1) == body_number
+    # Beyond the reach too, by the widest particle: a column that leans has its upper end there
+    margin = 2 * float(np.max(half_width[own_body & (radii < reach)], initial=0.0))
+    chosen = np.flatnonzero(own_body & (radii < reach + margin))
     if chosen.size == 0:
         raise NoSurface("no particles are near the tool's axis")
     top = height[chosen] + up_edge[chosen] @ frame.up
@@ -131,7 +133,9 @@ def surface_of(particles, frame, case, body_number, reach, normals=()):
     thickness = np.abs(up_edge[chosen] @ frame.up)
     for i, others in enumerate(tree.query_ball_point(at, 1.01 * own)):
         hidden[i] = np.any(top[others] > top[i] + thickness[i])
-    shown = ~hidden
+    shown = ~hidden & (np.hypot(at[:, 0], at[:, 1]) < reach)
+    if not np.any(shown):
+        raise NoSurface("no particles are near the tool's axis")
     stress = -normal_stress(particles.smooth_stress()[chosen[shown]], frame.up)
     contact = (
         particles["contact_pressure"][chosen[shown]].reshape(-1)

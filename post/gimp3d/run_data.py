@@ -1,6 +1,7 @@
 """Reading what a run wrote, or is still writing: histories (Tecplot ASCII), particles (HDF5), the values it
 used (case.nml)."""
 
+import math
 import os
 import re
 from pathlib import Path
@@ -13,6 +14,27 @@ os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")
 
 class Unreadable(Exception):
     """A file is not what it should be; the text says which and why."""
+
+
+# What code that reads a file raises where the file is whole, but does not hold what it should
+senseless = (KeyError, IndexError, TypeError, ValueError, AttributeError, ArithmeticError)
+
+
+def why(error):
+    """What one of `senseless` says, as the end of a sentence."""
+    if isinstance(error, (KeyError, IndexError)):
+        return f"lacks {error}"
+    return f"does not make sense ({error})"
+
+
+def text_in(path):
+    """The text of a file. Raises Unreadable."""
+    try:
+        return path.read_text()
+    except OSError as error:
+        raise Unreadable(f"{path}: {error.strerror}")
+    except UnicodeDecodeError as error:
+        raise Unreadable(f"{path}: no text (byte {error.start} is none of UTF-8)")
 
 
 def split_unit(name):
@@ -30,11 +52,8 @@ class History:
         self.zones = 0
         self.notes = {}  # AUXDATA
         names, blocks, in_variables, packed = [], [], False, False
-        try:
-            text = path.read_text()
-            lines = text.splitlines()
-        except (OSError, UnicodeDecodeError) as error:
-            raise Unreadable(f"{path}: {error}")
+        text = text_in(path)
+        lines = text.splitlines()
         if text and not text.endswith("\n"):
             lines.pop()  # of a run that is writing it, or was killed
         for number, line in enumerate(lines, 1):
@@ -211,10 +230,7 @@ def words_of_group(text, at, name, where="the scene"):
 def read_namelists(source):
     """The groups of a namelist file (its path, or its text): name -> list of dictionaries, one for each time
     the group stands there; every variable is a list of its values."""
-    try:
-        text, where = (source, "the scene") if isinstance(source, str) else (source.read_text(), source)
-    except UnicodeDecodeError as error:
-        raise Unreadable(f"{source}: {error}")
+    text, where = (source, "the scene") if isinstance(source, str) else (text_in(source), source)
     groups, at = {}, 0
     while True:
         start = re.compile(r"^[ \t]*&(\w+)", re.M).search(text, at)
@@ -226,11 +242,18 @@ def read_namelists(source):
             if word["name"]:
                 current = variables.setdefault(word["name"].lower(), [])
             elif word["text"]:
+                if current is None:
+                    raise Unreadable(f"{where}: &{start[1]} has the value {word['text']} without a name")
                 quote = word["text"][0]
                 current.extend([word["text"][1:-1].replace(2 * quote, quote)] * int(word["times"] or 1))
             elif word["value"]:
                 repeat = re.match(r"(\d+)\*(.+)", word["value"])
-                current.extend([_value(repeat[2])] * int(repeat[1]) if repeat else [_value(word["value"])])
+                if current is None:
+                    raise Unreadable(f"{where}: &{start[1]} has the value {word['value']} without a name")
+                value = _value(repeat[2] if repeat else word["value"])
+                if isinstance(value, float) and not math.isfinite(value):
+                    raise Unreadable(f"{where}: &{start[1]} has the value {word['value']}, no finite number")
+                current.extend([value] * (int(repeat[1]) if repeat else 1))
         groups.setdefault(start[1].lower(), []).append(variables)
 
 

@@ -37,7 +37,7 @@ if sys.version_info < (3, 11):
     sys.exit("solve.py needs Python 3.11 or later")
 
 from . import study_quantity as quantities
-from .run_data import Unreadable, depth_of
+from .run_data import Unreadable, depth_of, senseless, why
 from .scene_text import BadSetting, Scene
 from .solve_model import Choice, Errors, MARGIN, Price, Sample, choose
 from .study import Study
@@ -718,7 +718,10 @@ def main():
             raise BadSetting("ERROR must be above 0, in per cent")
         if not options.budget > 0 or options.ranks < 1:
             raise BadSetting("BUDGET must be above 0 seconds, RANKS at least 1")
-        study = Study(options)
+        try:
+            study = Study(options)
+        except senseless as error:
+            raise Unreadable(f"{options.scene}, or the file of its study: the scene {why(error)}")
         if study.setting.program:
             raise BadSetting(f"{options.scene} is a scene of another program, which has no mode='plan'")
         study.setting.lenient = True

@@ -28,7 +28,7 @@ from . import study_fit as fit
 from . import study_quantity as quantities
 from . import study_report as report
 from . import study_setting
-from .run_data import Unreadable
+from .run_data import Unreadable, senseless, text_in, why
 from .study_runs import Budget, Rejected, Run, described, session
 from .scene_text import BadSetting
 
@@ -38,7 +38,7 @@ class Study:
 
     def __init__(self, options):
         self.scene = options.scene
-        self.text = options.scene.read_text()
+        self.text = text_in(options.scene)
         folder, name = options.scene.parent, f"{options.scene.stem}.toml"
         beside = [path for path in (folder / name, folder / "studies" / name) if path.is_file()]
         self.setting_path = options.setting or (beside[0] if beside else None)
@@ -483,8 +483,11 @@ def main():
             raise Unreadable(f"{options.scene}: no such scene")
         if options.budget < 0 or options.repeats < 1 or options.ranks < 0:
             raise BadSetting("--budget must be at least 0, --repeats at least 1, --ranks at least 1")
-        study = Study(options)
-        plan = Plan(study)
+        try:
+            study = Study(options)
+            plan = Plan(study)
+        except senseless as error:
+            raise Unreadable(f"{options.scene}, or the file of its study: the scene {why(error)}")
         budget = Budget(options.budget, lambda text: print(text, flush=True))
         budget.first_pass(plan.all())
         budget.repeats(
@@ -492,8 +495,8 @@ def main():
         )
         write(study, plan, assess(study, plan))
     except (BadSetting, Rejected, Unreadable) as error:
-        print(error, file=sys.stderr)
-        return 1
+        print(f"study: {error}", file=sys.stderr)
+        return 2
     return 0
 
 

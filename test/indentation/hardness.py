@@ -9,6 +9,8 @@ import csv
 import io
 import json
 import math
+import re
+import subprocess
 import sys
 from pathlib import Path
 
@@ -522,4 +524,44 @@ check("no tool: status 2", run("toolless")[0] == 2 and "has no tool" in run("too
 (WORK / "empty").mkdir()
 check("an empty directory: status 2", run("empty")[0] == 2 and "no run" in run("empty")[1])
 check("no directory: status 2", run("nowhere")[0] == 2)
+
+# files that are not what they should be: a sentence and status 2, whatever they hold
+rng = np.random.default_rng(60)
+noise = bytes(rng.integers(0, 256, 3000, dtype=np.uint8))
+for name in ("case.nml", "tool_cone.dat", "energy.dat"):
+    directory = fabricate(f"spoilt_{name.split('.')[0]}")
+    whole = (directory / name).read_bytes()
+    spoilt = {
+        "binary": noise,
+        "empty": b"",
+        "half": whole[: len(whole) // 2],
+        "not a number": re.sub(rb"(?<=[ =])[0-9][0-9.]*([eE][-+]?[0-9]+)?", b"NaN", whole, count=9),
+        "words": re.sub(rb"(?<==)[0-9.e+-]+", b"'words'", whole)
+        if name == "case.nml"
+        else re.sub(rb"(?<=[0-9])[eE](?=[-+])", b"words", whole, count=9),
+    }
+    for kind, content in spoilt.items():
+        (directory / name).write_bytes(content)
+        try:
+            status, text, _ = run(directory.name, "--no-plots")
+        except Exception as error:
+            status, text = 1, f"Traceback: {error}"
+        sentence = text.strip()
+        check(
+            f"{name}, {kind}: status {status}, {sentence[-100:]}",
+            status == 0 and "nan" not in text.lower() or status == 2 and 0 < len(sentence.splitlines()) == 1,
+        )
+for command in (["study.py"], ["solve.py", "--error", "1"]):
+    (WORK / "spoilt.nml").write_bytes(noise)
+    done = subprocess.run(
+        [sys.executable, ROOT / "post" / command[0], *command[1:], WORK / "spoilt.nml"],
+        capture_output=True,
+        text=True,
+        cwd=WORK,
+    )
+    sentence = done.stderr.strip()
+    check(
+        f"{command[0]}, binary: status {done.returncode}, {sentence[-100:]}",
+        done.returncode == 2 and "Traceback" not in sentence and sentence.count("\n") == 0,
+    )
 sys.exit(bool(faults))

@@ -79,4 +79,38 @@ check(
     imprint.contact_area(surface_under(tool, faces, end, 0.4), {"shape": ["flat"], "radius": [1e-6]}, tip)
     is None,
 )
+
+
+class Columns:
+    """Six layers of particles below z = 0 that lean outwards by a hundredth: near the rim of what is looked
+    at, tops lie beyond it and what is below them within."""
+
+    def __init__(self):
+        half = width / 2
+        x, y, layer = (
+            a.ravel() for a in np.meshgrid(*2 * [np.arange(-2e-6, 2e-6, width) + half], np.arange(6))
+        )
+        lean = 1 + 0.01 * (5 - layer) / 5
+        self.fields = {
+            "position": np.stack([x * lean, y * lean, -(layer + 0.5) * width], axis=1),
+            "half_size": np.full((x.size, 3), half),
+        }
+        self.ids = np.arange(x.size)
+
+    def __getitem__(self, name):
+        return self.fields[name]
+
+    def smooth_stress(self):
+        return np.zeros((self.ids.size, 6))
+
+
+frame = imprint.Frame(np.array([0, 0, 1.0]), np.array([1.0, 0, 0]), np.array([0, 1.0, 0]), np.zeros(3))
+case = {"grid": [{"cell_size": [2 * width]}]}
+lowest = min(
+    imprint.surface_of(Columns(), frame, case, 1, reach, ()).heights.min()
+    for reach in np.linspace(0.4e-6, 1.8e-6, 41)
+)
+check(
+    f"a flat surface is flat to the rim of what is looked at: lowest {1e9 * lowest:.3g} nm", lowest > -1e-12
+)
 sys.exit(bool(faults))

@@ -157,7 +157,7 @@ one.write_text("{")
 status, said, wrong = study("--repeats", "1")
 check(
     "a record that is cut off is told, with its name",
-    status == 1 and str(one.parent.name) in wrong and "Traceback" not in wrong,
+    status == 2 and str(one.parent.name) in wrong and "Traceback" not in wrong,
 )
 one.write_text(before[one])
 json.loads(one.read_text())
@@ -172,11 +172,21 @@ for sentence, options, old, new in (
     status, said, wrong = study("--repeats", "1", *options, setting="bad.toml")
     check(
         f"refused: {sentence}: {wrong.strip()[-150:]}",
-        status == 1 and sentence in wrong and "Traceback" not in wrong,
+        status == 2 and sentence in wrong and "Traceback" not in wrong,
     )
 status, said, wrong = study(scene="absent.nml")
 check(
-    "a scene that is not there is refused", status == 1 and "absent.nml" in wrong and "Traceback" not in wrong
+    "a scene that is not there is refused", status == 2 and "absent.nml" in wrong and "Traceback" not in wrong
 )
+for kind, content in (
+    ("empty", ""),
+    ("words", "&grid cell_size='a' /\n&body /\n"),
+    ("NaN", "&grid cell_size=NaN /\n"),
+):
+    Path("spoilt.nml").write_text(content)
+    status, said, wrong = study(scene="spoilt.nml")
+    check(
+        f"a scene that is {kind} is refused: {wrong.strip()[-150:]}", status == 2 and wrong.count("\n") == 1
+    )
 print(f"{len(faults)} failed")
 sys.exit(1 if faults else 0)
