@@ -98,15 +98,18 @@ def kinetic(directory):
 
 @lru_cache(maxsize=64)
 def analysed(directory):
-    """What `make hardness` says of a run."""
+    """What `make hardness` says of a run, with what it does not trust."""
     options = argparse.Namespace(
         tool=None, window=(20.0, 98.0), epsilon=None, beta=None, area_coefficients=None, area="auto"
     )
     try:
         run = Run(Path(directory))
-        return hardness.analyse(run, hardness.Record(run, hardness.chosen_tool(run, None)), options)[0]
+        answer = hardness.analyse(run, hardness.Record(run, hardness.chosen_tool(run, None)), options)[0]
     except hardness.Missing as error:
         raise Unreadable(str(error))
+    for key, (value, sigma) in answer["untrusted"].items():  # the book judges these numbers too
+        answer[key], answer[f"{key}_uncertainty"] = value, sigma
+    return answer
 
 
 def sharp(directory, grid, yield_stress):

@@ -5,7 +5,7 @@ Error bars):
    error_bar.py [options] RUN RUN [RUN ...]          make error_bar RUNS="out/cone out/cone_coarse"
 
 Each run needs its hardness.json (make hardness RUN=...). The answer is that of the run with the finest cells.
-To its own uncertainty (fit) come
+To its own uncertainty (fit, less what it guesses of cells, inertia or base where the runs show them) come
 
    grid    from the runs that differ in their cells alone. Two: the error of first order, |coarse -
            fine|/(ratio - 1). Three or more: 1.25 times the distance to Richardson's limit of the three
@@ -176,6 +176,15 @@ def factor_of(what, partner, case):
     return 1 / abs(1 - 1 / slower) if what == "speed" and abs(slower - 1) > 1e-6 else 1.0
 
 
+def fit_of(answer, key, known):
+    """The uncertainty that `make hardness` states, less its parts that other runs measure. None where it
+    states none."""
+    parts = answer.get("parts", {}).get(key)
+    if parts is None:
+        return answer.get(f"{key}_uncertainty")
+    return math.hypot(*(part for cause, part in parts.items() if cause not in known))
+
+
 def assess(ladder, pairs):
     """One dictionary a quantity that all runs of the ladder have, and sentences on those that some lack."""
     found, missing = [], []
@@ -193,7 +202,10 @@ def assess(ladder, pairs):
             continue
         by_area = key.endswith("_true")
         error, order = grid_error([case.cell for case in ladder], values, alike or not by_area)
-        parts = {"fit": ladder[0].answer.get(f"{key}_uncertainty"), "grid": error}
+        known = {"cells"} if error is not None else set()
+        known |= {"inertia" for what, _, _ in pairs if what == "speed"}
+        known |= {"base" for what, _, _ in pairs if "body." in what}
+        parts = {"fit": fit_of(ladder[0].answer, key, known), "grid": error}
         for what, partner, case in pairs:
             if case.answer.get(key) is not None:
                 changed = abs(case.answer[key] - partner.answer[key]) * factor_of(what, partner, case)

@@ -45,6 +45,7 @@ from . import oliver_pharr
 from .instrument_file import hld_text
 from .plots import Run, scaled, snapshots_of
 from .run_data import History, Particles, Unreadable, depth_of, senseless, why
+from . import systematic
 
 keys = (
     "max_depth",
@@ -66,7 +67,7 @@ area_share = 0.2  # of the largest depth, before the unloading: rows that the tr
 # Of the finest cells, which tools are thought to stand on: how far the edge of the contact_area of the
 # history is off. In the cones of B1 in doc/user/benchmarks.md it is by 0.08, rms, and under the elastic
 # pyramids of B4 by 0.12 at most (test indentation/benchmarks)
-history_resolution = 0.15
+history_resolution = 0.125
 
 held_share = 1e-3  # of the largest depth: a tool that stays so near to it is held there
 
@@ -229,21 +230,24 @@ def analyse(run, record, options):
         )
     unloadings = oliver_pharr.find_unloadings(record.depth)
     results = []
+
+    def analysed(unloading, true):
+        return oliver_pharr.analyse_unloading(
+            record.depth,
+            record.load,
+            unloading,
+            area_function,
+            beta,
+            options.epsilon,
+            tuple(answer["window"]),
+            true if true[0] > 0 else None,
+            poisson,
+        )
+
     for unloading in unloadings:
         try:
             true = area_at(record, unloading.start)
-            result = oliver_pharr.analyse_unloading(
-                record.depth,
-                record.load,
-                unloading,
-                area_function,
-                beta,
-                options.epsilon,
-                tuple(answer["window"]),
-                true if true[0] > 0 else None,
-                poisson,
-            )
-            results.append((unloading, result, true))
+            results.append((unloading, analysed(unloading, true), true))
         except oliver_pharr.NotEnough as error:
             answer["missing"].append(
                 f"The unloading from {1e9 * record.depth[unloading.start]:.4g} nm is left out: {error}."
@@ -267,22 +271,16 @@ def analyse(run, record, options):
                 "is not of that form. Look at hardness_load_depth.png, and draw the tool back more slowly, "
                 "or give --epsilon."
             )
-        values, sigma = oliver_pharr.work(record.depth, record.load, unloading, result.fit)
-        lost = lost_share(run, record.time[unloading.end])
-        if lost is not None:
-            answer["energy_balance_share"] = lost
-            sigma["work_ratio"] = math.hypot(sigma["work_ratio"], lost)
-        put(answer, values, sigma)
+        put(answer, *oliver_pharr.work(record.depth, record.load, unloading, result.fit))
         if not np.any(record.load[unloading.start : unloading.end + 1] <= 0):
             answer["notes"].append(
                 "The unloading ends under load: below its last row the work given back is that of the fit."
             )
     else:
         main, (first, row) = None, held_rows(record)
+        unloading = oliver_pharr.Unloading(first, row, row)
         # the scatter of single rows is not known where there are too few
-        load, load_sigma = oliver_pharr.load_at_start(
-            record.depth, record.load, oliver_pharr.Unloading(first, row, row), math.nan
-        )
+        load, load_sigma = oliver_pharr.load_at_start(record.depth, record.load, unloading, math.nan)
         if not unloadings:
             answer["missing"].append(
                 f"The tool is never drawn back by more than {100 * oliver_pharr.turn_share:g} % of its "
@@ -312,23 +310,12 @@ def analyse(run, record, options):
             )
     except oliver_pharr.NotEnough as error:
         answer["missing"].append(f"The loading curvature is missing: {error}.")
-    kinetic_share(run, record, row, main, answer)
     pictures = surfaces(run, record, row, main, true, answer)
     if true[0] > 0:
         put(answer, {"area_history": true[0]}, {"area_history": true[1]})
     answer["area_true_source"], true = true_area(options, true, answer)
     if answer["area_true_source"] == "profile" and main:
-        again = oliver_pharr.analyse_unloading(
-            record.depth,
-            record.load,
-            main[0],
-            area_function,
-            beta,
-            options.epsilon,
-            tuple(answer["window"]),
-            true,
-            poisson,
-        )
+        again = analysed(main[0], true)
         put(answer, again.values, again.sigma)
         results[results.index(main)] = (main[0], again, true)
     if true[0] > 0:
@@ -342,8 +329,69 @@ def analyse(run, record, options):
         )
     else:
         answer["missing"].append("The true area is missing: contact_area is 0 at the largest depth.")
-    answer["unloadings"] = [depth_row(u, r, t) for u, r, t in results]
+    answer["unloadings"] = []
+    for one, result, area in results:
+        answer["unloadings"].append(depth_row(one, result, area))
+        widen(run, record, material, one, result.fit, area, answer["unloadings"][-1])
+    motion = widen(run, record, material, unloading, main[1].fit if main else None, true, answer)
+    kinetic_share(run, record, row, main, answer, motion)
     return answer, results, main, pictures
+
+
+def widen(run, record, material, unloading, fit, true, book):
+    """Into the uncertainties of a book of numbers (the answer, or one unloading's) what the curve does not
+    show: inertia, cells, the base, lost energy (systematic.py). `parts` has them by key and cause;
+    `not_measured` says what is not to be trusted, and these numbers stand in `untrusted` alone. The Motion."""
+    energy = energy_of(run)
+    ratio = book.get("work_ratio")
+    if ratio is None and fit is not None:
+        ratio = oliver_pharr.work(record.depth, record.load, unloading, fit)[0]["work_ratio"]
+    motion = systematic.motion_of(
+        run.case,
+        material,
+        record,
+        unloading,
+        fit,
+        true[0],
+        1 - ratio if ratio is not None else float(material["model"][0].lower() in systematic.elastic),
+        energy,
+    )
+    lost = lost_share(energy, record.time[unloading.end])
+    area = true[0] if true[0] > 0 else math.pi * record.depth[unloading.start] ** 2
+    stiffness, reach = book.get("stiffness") or 0.0, {}
+    if stiffness:
+        top, below = book["max_depth"], book["contact_depth"]
+        reach["residual_depth"] = reach["residual_depth_ratio"] = (
+            top / max(book["residual_depth"], 1e-3 * top) - 1
+        )
+        reach["contact_depth"] = (top - below) / below
+        reach["area_oliver_pharr"] = reach["hardness_oliver_pharr"] = 2 * (top - below) / below
+    parts = systematic.parts_of(
+        motion,
+        systematic.cells_to_the_edge(area, record.cell),
+        systematic.base_share(run.case, record.body, material, stiffness, indentation.unit_axis(record.tool)),
+        ratio,
+        lost,
+        reach,
+    )
+    book["parts"] = {}
+    for key, causes in parts.items():
+        value, sigma = book.get(key), book.get(f"{key}_uncertainty")
+        if value is None or sigma is None:
+            continue
+        unit = 1.0 if key == "work_ratio" else abs(value)
+        book["parts"][key] = {"curve": sigma, **{cause: share * unit for cause, share in causes.items()}}
+        book[f"{key}_uncertainty"] = math.hypot(*book["parts"][key].values())
+    book["energy_balance_share"] = lost
+    book["motion"] = {name: v for name, v in vars(motion).items() if math.isfinite(v)}
+    book["not_measured"] = {
+        key: why for key, why in systematic.not_measured(motion).items() if book.get(key) is not None
+    }
+    book["untrusted"] = {}
+    for key in book["not_measured"]:
+        book["untrusted"][key] = [book[key], book.get(f"{key}_uncertainty")]
+        book[key] = book[f"{key}_uncertainty"] = None
+    return motion
 
 
 def true_area(options, column, answer):
@@ -416,19 +464,18 @@ def energy_of(run):
     return energy if energy.rows else None
 
 
-def lost_share(run, time):
+def lost_share(energy, time):
     """The error of the run's energy balance at a time, as a share of the work: work that neither the material
-    nor its motion has."""
-    energy = energy_of(run)
+    nor its motion has. None where there are no energies."""
     if energy is None:
         return None
     return abs(float(np.interp(time, energy["time"], energy["balance_error"])))
 
 
-def kinetic_share(run, record, row, main, answer):
+def kinetic_share(run, record, row, main, answer, motion):
     """Largest kinetic energy over the second half of the loading and the unloading, as a share of the tools'
     work: a quasi-static curve has less than 1 %. And that of the loading, as a share of what unloading gives
-    back: soft metal gives little back."""
+    back: soft metal gives little back. Where it is large the `motion` says what to do."""
     energy = energy_of(run)
     if energy is None:
         return
@@ -443,7 +490,7 @@ def kinetic_share(run, record, row, main, answer):
     if answer["kinetic_share"] > 0.01:
         answer["notes"].append(
             f"Kinetic energy reaches {100 * answer['kinetic_share']:.2g} % of the work over the part that is "
-            "used: the curve is not quasi-static. Move the tool more slowly."
+            f"used: the curve is not quasi-static; {motion.cure()}."
         )
     loading = used & (energy["time"] <= record.time[row])
     if answer.get("work_ratio") is None or answer["work_ratio"] >= 1.0 or not np.any(loading):
@@ -453,8 +500,7 @@ def kinetic_share(run, record, row, main, answer):
     if answer["kinetic_over_returned"] > 0.1:
         answer["notes"].append(
             f"Kinetic energy on the way in is {100 * answer['kinetic_over_returned']:.2g} % of the energy "
-            "that unloading gives back: a tool that stops loses some of its load to it. Move the tool more "
-            "slowly."
+            f"that unloading gives back: a tool that stops loses some of its load to it; {motion.cure()}."
         )
 
 
@@ -578,6 +624,8 @@ def print_table(answer):
     )
     for label, key, unit in table:
         value, sigma = answer.get(key), answer.get(f"{key}_uncertainty")
+        if key in answer["not_measured"]:
+            print(f"  {label:<27} not measured")
         if value is None:
             continue
         if unit == "m2":
@@ -609,9 +657,13 @@ def print_table(answer):
             for key in ("hardness_oliver_pharr", "hardness_true", "modulus_oliver_pharr", "modulus_true"):
                 value, sigma = row.get(key), row.get(f"{key}_uncertainty") or 0.0
                 words.append(
-                    f"{1e-9 * value:8.4g} +- {1e-9 * sigma:<6.2g}" if value is not None else " " * 18
+                    f"{1e-9 * value:8.4g} +- {1e-9 * sigma:<6.2g}"
+                    if value is not None
+                    else f"{'not measured' if key in row['not_measured'] else '':18}"
                 )
             print(" ".join(words))
+    for why in dict.fromkeys(answer["not_measured"].values()):
+        print(f"  {why}")
     for sentence in answer["notes"] + answer["missing"]:
         print(f"  {sentence}")
 

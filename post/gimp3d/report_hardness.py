@@ -21,10 +21,15 @@ def hardness_sections(report):
 
 
 def of_tool(name, answer):
+    untrusted = answer.get("not_measured") or {}
     rows = [
-        (label, quantity(answer, key, unit), answer.get(reasons.get(key)) or "")
+        (
+            label,
+            "not measured" if key in untrusted else quantity(answer, key, unit),
+            answer.get(reasons.get(key)) or "",
+        )
         for label, key, unit in hardness.table
-        if answer.get(key) is not None
+        if answer.get(key) is not None or key in untrusted
     ]
     content = [table(f"From {name} (make hardness)", ["quantity", "value", ""], rows)]
     unloadings = answer.get("unloadings") or []
@@ -39,6 +44,7 @@ def of_tool(name, answer):
                 ],
             )
         )
+    content += [tag("p", sentence) for sentence in dict.fromkeys(untrusted.values())]
     content += [tag("p", sentence) for key in ("notes", "missing") for sentence in answer.get(key) or []]
     tool = name.removeprefix("hardness").removesuffix(".json")
     return section(f"hardness{tool}", f"Hardness{tool.replace('_', ', ', 1)}", *content)

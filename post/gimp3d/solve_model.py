@@ -38,9 +38,11 @@ class Sample:
 class Errors:
     """The model, from samples. `ladder`: one of each of at least two cells; `speeds`, `steps` and `bodies`:
     pairs of samples that differ in the speed, in the time step, in the size of the body, alone; None: the
-    part does not exist or is not known. The body counts as a part where `half_space` says so."""
+    part does not exist or is not known. The body counts as a part where `half_space` says so. `surfaces`: a
+    pair that differs in how particles fill curved bodies, and a factor: by so many times the difference,
+    which goes with the cell, the limit is open."""
 
-    def __init__(self, ladder, speeds=None, steps=None, bodies=None, half_space=False):
+    def __init__(self, ladder, speeds=None, steps=None, bodies=None, half_space=False, surfaces=None):
         self.ladder = sorted(ladder, key=lambda sample: -sample.cell)
         self.by_speed = self.slope(speeds, "speed")
         self.by_step = self.slope(steps, "step")
@@ -51,6 +53,10 @@ class Errors:
             if self.by_speed is not None:
                 change = change - self.by_speed * (other.speed * other.body - one.speed * one.body)
             self.by_body = change / (1 / other.body - 1 / one.body)
+        self.by_surface = None
+        if surfaces is not None:
+            one, other, worth = surfaces
+            self.by_surface = worth * (other.curve - one.curve) / one.cell
         self.half_space = half_space and self.by_body is not None
         self.notes = []
         plain = [self.without(sample) for sample in self.ladder]
@@ -150,11 +156,19 @@ class Errors:
     def total(self, cell, speed=1.0, step=1.0, body=1.0):
         return sum(self.parts(cell, speed, step, body).values())
 
+    def surface(self, cell):
+        """What another way to fill curved bodies changes, per cent; 0 where there are none."""
+        return 0.0 if self.by_surface is None else self.rms(self.by_surface * cell)
+
     def uncertainty(self, cell, speed=1.0, step=1.0, body=1.0):
-        """Of `total`: how far the limit is open, and half of what the parts beside space are said to be
-        (their orders are assumed), per cent."""
+        """Of `total`: how far the limit is open, what another way to fill curved bodies changes, and half of
+        what the parts beside space are said to be (their orders are assumed), per cent."""
         parts = self.parts(cell, speed, step, body)
-        return self.trust + 0.5 * sum(part for name, part in parts.items() if name != "space")
+        return (
+            self.trust
+            + self.surface(cell)
+            + 0.5 * sum(part for name, part in parts.items() if name != "space")
+        )
 
 
 class Price:

@@ -115,6 +115,33 @@ def set_safety(scene, value, setting):
     scene.set("time", "time_step", None)
 
 
+def is_curved(case, body):
+    """Whether a body's particles stand beside a surface that is not along the grid, and something presses on
+    it: all but boxes and cylinders under tools that go along their axis; anything that is cut."""
+    shape = body["shape"][0].lower()
+    if "cut" in case or shape not in ("box", "cylinder"):
+        return True
+    if shape == "box":
+        return False
+    own = body.get("axis", [0.0, 0.0, 1.0])
+    for tool in case.get("tool", []):
+        axis = tool.get("axis", [0.0, 0.0, -1.0])
+        along = abs(sum(a * b for a, b in zip(own, axis)))
+        if along < (1 - 1e-9) * math.hypot(*own) * math.hypot(*axis):
+            return True
+    return any(
+        all(low != high for low, high in zip(one["lower"], one["upper"])) for one in case.get("pressure", [])
+    )
+
+
+def set_fill(scene, value, setting):
+    """How the particles fill bodies whose surface is curved."""
+    case = scene.values()
+    for which, body in enumerate(case["body"]):
+        if is_curved(case, body):
+            scene.set("body", "fill", value, which)
+
+
 schemes = "explicit", "quasi_static"
 
 
@@ -147,6 +174,7 @@ def take_out(scene, group, setting):
 knobs = {
     "cell": set_cell,
     "body": set_body,
+    "fill": set_fill,
     "without": take_out,
     "levels": set_levels,
     "placed": set_placed,

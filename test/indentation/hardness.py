@@ -21,6 +21,7 @@ ROOT, WORK = Path(sys.argv[1]), Path(sys.argv[2])
 from gimp3d import hardness
 from gimp3d import imprint
 from gimp3d import oliver_pharr as op
+from gimp3d import systematic
 
 angle, young, poisson, top = math.radians(70.3), 70e9, 0.3, 4e-6
 deepest, final, exponent, load = 200e-9, 175e-9, 1.4, 2e-3
@@ -484,12 +485,53 @@ check(
     "kinetic energy above 1 %: a sentence",
     status == 0 and "not quasi-static" in text and near(answer["kinetic_share"], 0.05, 1e-6),
 )
+check(
+    "kinetic energy of a third of what comes back: stiffness and moduli are not measured; what to do",
+    answer["stiffness"] is None
+    and answer["young_true"] is None
+    and "young_true" in answer["not_measured"]
+    and text.count("  not measured: ") == 1
+    and re.search(r"E, true +not measured\n", text) is not None
+    and "kinetic energy where the unloading begins is 32 % of" in text
+    and "the tool is slow enough: take flip_fraction" in text,
+)
+check(
+    "but the load and the true area are", answer["max_load"] is not None and answer["area_true"] is not None
+)
+case = (WORK / "fast/case.nml").read_text()
+(WORK / "fast/case.nml").write_text(case + "&quasi_static step=1e-12 /\n")
+_, still, quasi_static = run("fast")
+check(
+    "quasi-static steps have no inertia",
+    quasi_static["stiffness"] is not None and quasi_static["parts"]["stiffness"]["inertia"] == 0,
+)
+(WORK / "fast/case.nml").write_text(case)
+too_fast = systematic.Motion(speed_in=20, enough_in=2.57, speed_back=1, enough_back=0.5, noise=0.4, stop=0.4)
+check(
+    f"a tool that is too fast: {too_fast.cure()}",
+    too_fast.cure() == "take speed <= 2.5 m/s on the way in, and 0.5 m/s on the way back"
+    and {"stiffness", "hardness_true", "young_true"} < set(systematic.not_measured(too_fast)),
+)
 returned = 1 - answer["work_ratio"]
 check(
     "and beside what unloading gives back: another",
     "that unloading gives back" in text and near(answer["kinetic_over_returned"], 0.05 / returned, 1e-6),
 )
 _, text, answer = run("quarter")
+parts = answer["parts"]
+check(
+    "the parts of an uncertainty make it up",
+    all(
+        near(math.hypot(*causes.values()), answer[f"{key}_uncertainty"], 1e-9)
+        for key, causes in parts.items()
+    )
+    and {"curve", "inertia", "cells", "base"} == set(parts["stiffness"])
+    and "energy" in parts["work_ratio"],
+)
+check(
+    f"a rigid base adds q S/(E't) to the stiffness: {parts['stiffness']['base'] / stiffness:.4f}",
+    near(parts["stiffness"]["base"] / stiffness, 0.4384 * stiffness * (1 - poisson**2) / young / top, 2e-3),
+)
 check(
     "where it is small beside that: none",
     0 < answer["kinetic_over_returned"] < 0.1 and "that unloading gives back" not in text,
@@ -551,10 +593,10 @@ for name in ("case.nml", "tool_cone.dat", "energy.dat"):
             f"{name}, {kind}: status {status}, {sentence[-100:]}",
             status == 0 and "nan" not in text.lower() or status == 2 and 0 < len(sentence.splitlines()) == 1,
         )
-for command in (["study.py"], ["solve.py", "--error", "1"]):
+for command in (["study"], ["solve", "--error", "1"]):
     (WORK / "spoilt.nml").write_bytes(noise)
     done = subprocess.run(
-        [sys.executable, ROOT / "post" / command[0], *command[1:], WORK / "spoilt.nml"],
+        [sys.executable, "-m", "gimp3d", *command, WORK / "spoilt.nml"],
         capture_output=True,
         text=True,
         cwd=WORK,

@@ -4,7 +4,7 @@
 The load is K depth^1.5 (1 + A h^ORDER + B speed body + Q speed^2 + C safety + D/body): h the finest cell in um, speed
 that of the tool over 20 m/s, safety over 0.35, body the size of the cylinder over 20 um. A run takes steps and particle-steps as the scene's cells say, and RATE s for
 each, much more with levels. Variables of the environment: PRETEND_A, PRETEND_ORDER, PRETEND_B, PRETEND_Q, PRETEND_C, PRETEND_D;
-PRETEND_JUMP adds an error to cells below a size (um) that no coarser one has; PRETEND_REFUSED is a list of
+PRETEND_FILL is added in proportion to h where the body is filled by shares. PRETEND_JUMP adds an error to cells below a size (um) that no coarser one has; PRETEND_REFUSED is a list of
 cells (um) that are refused; PRETEND_LOG a file that gets a line a run. PRETEND_SHARE (%): other jobs have the
 processor for the rest, by turns more and less, and all takes as much longer. PRETEND_PLAN: a plan says so
 many times what it will be."""
@@ -61,6 +61,8 @@ error = (
     + number("C", 0) * safety
 )
 error += number("Q", 0) * speed**2 + number("D", 0) / body
+if case["body"][0].get("fill", ["whole"])[0] == "share":
+    error += number("FILL", 0) * finest
 if finest < number("JUMP", 0):
     error += 0.05
 time = np.linspace(0, scene["end_time"][0], 201)

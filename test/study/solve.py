@@ -159,7 +159,12 @@ Path("program").write_text("not run\n")
 launch = f"{sys.executable} {Path(__file__).with_name('pretend.py')}"
 
 
-def solve(error, budget, setting="plain", out="out", ranks=2, half_space=False, **pretend):
+scene = ROOT / "input/hertz.nml"
+lying = Path("lying.nml")  # the cylinder across the tool's way: pressed on its curved side
+lying.write_text(scene.read_text().replace("shape='cylinder'", "shape='cylinder', axis=1,0,0"))
+
+
+def solve(error, budget, setting="plain", out="out", ranks=2, half_space=False, scene=scene, **pretend):
     Path("calls").unlink(missing_ok=True)
     done = subprocess.run(
         [
@@ -167,7 +172,7 @@ def solve(error, budget, setting="plain", out="out", ranks=2, half_space=False, 
             "-m",
             "gimp3d",
             "solve",
-            ROOT / "input/hertz.nml",
+            scene,
             "--error",
             str(error),
             "--budget",
@@ -299,6 +304,20 @@ check(
     and answer["settings"].get("body", 1.0) > 1
     and "finite body" in answer["parts"]
     and true <= 3.3,
+)
+_, said, plain, _ = solve(2, 1e6, "boxes", out="out_flat", A=0.02, ORDER=1.5, FILL=0.07)
+check(
+    "pressed on its flat end: nothing is said of the surface",
+    "surface  " not in said and plain["surface"] == 0,
+)
+status, said, answer, _ = solve(2, 1e6, "boxes", out="out_lying", scene=lying, A=0.02, ORDER=1.5, FILL=0.07)
+finest, shape = answer["finest_cell"] * 1e6, np.sqrt(np.mean(np.linspace(0.5, 1, 99) ** 3))
+check(
+    f"a curved surface: {answer['error']:.3g} +- {answer['error_uncertainty']:.3g} %, of which another "
+    f"way to fill the body {answer['surface']:.3g}, exact {7 * finest * shape:.3g}",
+    near(answer["surface"], 7 * finest * shape, 0.05)
+    and answer["error_uncertainty"] >= answer["surface"]
+    and "surface    curved: fill='share'" in said,
 )
 status, said, answer, calls = solve(0.001, 1e9, out="out_never", A=0.2, ORDER=1.0)
 check("an error that no settings have", status == 1 and "is not to be had" in said)
