@@ -15,7 +15,7 @@ module m_face_gap
    use m_level, only: level_t
    implicit none
    private
-   public :: find_gap, near_tool, particles_near, deform, thickest, fastest
+   public :: find_gap, find_thickness, near_tool, particles_near, deform, thickest, fastest
 
    real(wp), parameter :: fastest = maxval(safety_allowed) !< no contact point comes nearer by more cells in a
                                                            !< step
@@ -46,6 +46,22 @@ contains
          else
             call tool%gap_and_normal(column(p, at%position:at%position + 2), gap, normal)
          end if
+         if (.not. deform(level)) then
+            if (gap > 2.0_wp*column(p, at%half_size) + reach) return
+         end if
+         call find_thickness(level, materials, b, p, normal, edge, thickness)
+         gap = gap - tool%spec%penetration_factor*thickness
+      end associate
+   end subroutine find_gap
+
+   !> How thick a particle is across a normal, and the edge of a cube of its volume, or its own.
+   pure subroutine find_thickness(level, materials, b, p, normal, edge, thickness)
+      type(level_t), intent(in) :: level
+      type(materials_t), intent(in) :: materials
+      integer, intent(in) :: b, p     !< numbers of the block and the particle
+      real(wp), intent(in) :: normal(3)
+      real(wp), intent(out) :: edge, thickness !< m
+      associate (block => level%blocks(b), column => level%blocks(b)%particles%column, at => level%layout)
          associate (law => materials%slots(materials%of_body(block%particles%body(p)))%law)
             if (at%half_sizes) then
                edge = (column(p, at%volume))**(1.0_wp/3.0_wp)
@@ -55,14 +71,11 @@ contains
                thickness = level%thickness(column(p, :), normal)
             else
                edge = 2.0_wp*column(p, at%half_size)
-               thickness = edge
-               if (gap > edge + reach) return
                thickness = edge*law%stretch(column(p, :), at, normal)
             end if
          end associate
-         gap = gap - tool%spec%penetration_factor*thickness
       end associate
-   end subroutine find_gap
+   end subroutine find_thickness
 
    !> The contact point of a particle is no further from its centre, whichever way the tool lies, m.
    pure real(wp) function farthest_face(tool, level, law, values) result(way)

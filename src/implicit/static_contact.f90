@@ -9,7 +9,7 @@ module m_static_contact
    use m_half_edges, only: fitted_edges
    use m_stencil, only: bin_place
    use m_face_weights, only: find_face, flattening
-   use m_face_gap, only: find_gap, particles_near, deform, thickest
+   use m_face_gap, only: find_gap, find_thickness, particles_near, deform, thickest
    use m_static_tools, only: static_tools_t
    use m_static_pairs, only: static_pairs_t
    use m_scene, only: body_contact_spec_t
@@ -23,7 +23,9 @@ module m_static_contact
    !> A point: who it is and what it is at the step's beginning (`point`), and under the trial displacement.
    type, public :: static_point_t
       type(candidate_t) :: point
-      real(wp) :: start(3) = 0.0_wp      !< where it is at the step's beginning, m
+      real(wp) :: start(3) = 0.0_wp      !< where it is at the step's beginning, between bodies, m
+      real(wp) :: outward(3) = 0.0_wp    !< which way its centre is outside the tool
+      real(wp) :: depth = 0.0_wp         !< of it below the centre, m
       real(wp) :: yielding = 0.0_wp      !< gap that a unit of force closes, m/N
       real(wp) :: gap = 0.0_wp           !< to the tool or the other body at the step's end, m
       real(wp) :: normal(3) = 0.0_wp     !< outward from it there
@@ -71,6 +73,7 @@ module m_static_contact
    real(wp), parameter :: far = 1.0e30_wp       !< m: gap of a point that does not press
    real(wp), parameter :: touches = 1.0e-6_wp   !< cells: points so near a tool are thought to press at first
    real(wp), parameter :: along_slip = 1.0e-3_wp  !< of the secant of friction: stiffness along a slip
+   real(wp), parameter :: sharpest = 1.5_wp !< turning of the normal times the distance, of what is convex
    real(wp), parameter :: probe = 1.0e-3_wp !< cells: over which the turning of the normal is looked at
 
 contains
@@ -121,6 +124,7 @@ contains
       t = number(3)
       call find_gap(self%tools%now(t), level, materials, b, p, reach, gap, normal, edge, thickness)
       if (.not. gap <= reach) return
+      call out_of_tool()
       new%point = no_candidate
       associate (c => new%point, block => level%blocks(b), column => level%blocks(b)%particles%column, &
                  at => level%layout)
@@ -145,8 +149,8 @@ contains
          call set_face(c, level%grid, block%place, bin_place(int(block%cells%bin(p))), at%domain > 0, &
                        (centre - to_face*normal - block%origin)*level%grid%per_cell, span*level%grid%per_cell)
          c%from = centre
-         c%arm = -self%tools%now(t)%spec%penetration_factor*thickness*normal
-         new%start = centre + c%arm
+         new%depth = self%tools%now(t)%spec%penetration_factor*thickness
+         c%arm = -new%depth*normal
          k = materials%of_body(block%particles%body(p))
          young = 0.5_wp/materials%slots(k)%law%complementary_energy( &
                  [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp])
@@ -161,6 +165,19 @@ contains
          end if
       end associate
       call append(self, new)
+   contains
+      !> Of a centre that the tool has come over in the step, the gap and the face as they are from outside.
+      subroutine out_of_tool()
+         associate (factor => self%tools%now(t)%spec%penetration_factor, at => level%layout%position)
+            centre = level%blocks(b)%particles%column(p, at:at + 2)
+            new%outward = normal
+            if (.not. gap + factor*thickness < 0.0_wp) return
+            new%outward = self%tools%outward_at(t, centre)
+            call self%tools%gap_and_normal(t, centre, new%outward, gap, normal)
+            call find_thickness(level, materials, b, p, normal, edge, thickness)
+            gap = gap - factor*thickness
+         end associate
+      end subroutine out_of_tool
    end subroutine consider
 
    !> One point more.
@@ -223,14 +240,16 @@ contains
       do n = 1, self%count
          associate (it => self%list(n), t => self%list(n)%point%tool)
             u = self%way(n, motion)
-            it%place = it%start + u
             if (t == 0) then ! the surface of the other body as it was at the step's beginning
+               it%place = it%start + u
                it%normal = it%point%normal
                it%gap = it%point%gap + dot_product(it%normal, u)
                it%slip = across(it%normal, it%kept + u)
                cycle
             end if
-            call self%tools%now(t)%gap_and_normal(it%place, it%gap, it%normal)
+            call self%tools%gap_and_normal(t, it%point%from + u, it%outward, it%gap, it%normal)
+            it%gap = it%gap - it%depth
+            it%place = it%point%from + u - it%depth*it%normal
             if (it%barred) it%gap = far
             if (.not. it%point%has_friction) cycle
             it%slip = across(it%normal, it%kept + u - self%tools%material_way(t, it%place))
@@ -295,22 +314,25 @@ contains
    subroutine curve(self, cell)
       class(static_contact_t), intent(inout) :: self
       real(wp), intent(in) :: cell !< m
-      real(wp) :: place(3), aside(3), gap, ahead(3), behind(3)
+      real(wp) :: place(3), aside(3), gap, ahead(3), behind(3), most
       integer :: k, n
       do n = 1, self%count
          associate (it => self%list(n))
             it%turning = 0.0_wp
             if (.not. it%force > 0.0_wp .or. it%point%tool == 0) cycle
-            place = it%place
+            place = it%place + it%depth*it%normal
             do k = 1, 3
                aside = 0.0_wp
                aside(k) = probe*cell
-               call self%tools%now(it%point%tool)%gap_and_normal(place + aside, gap, ahead)
-               call self%tools%now(it%point%tool)%gap_and_normal(place - aside, gap, behind)
+               call self%tools%gap_and_normal(it%point%tool, place + aside, it%outward, gap, ahead)
+               call self%tools%gap_and_normal(it%point%tool, place - aside, it%outward, gap, behind)
                it%turning(:, k) = (ahead - behind)/(2.0_wp*probe*cell)
             end do
             it%turning = 0.5_wp*(it%turning + transpose(it%turning))
-            if (norm2(it%turning)*cell > 1.0_wp) it%turning = 0.0_wp ! at an edge of the tool
+            most = 1.0_wp/cell
+            if (it%depth > 0.0_wp .and. it%gap > -0.5_wp*it%depth) &
+               most = max(most, sharpest/(it%gap + it%depth))
+            if (norm2(it%turning) > most) it%turning = 0.0_wp ! at an edge that it has come over
          end associate
       end do
    end subroutine curve

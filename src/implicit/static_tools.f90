@@ -24,6 +24,8 @@ module m_static_tools
       procedure :: begin
       procedure :: place
       procedure :: shift
+      procedure :: gap_and_normal
+      procedure :: outward_at
       procedure :: material_way
       procedure :: way_at
       procedure :: slides_at
@@ -32,6 +34,8 @@ module m_static_tools
       procedure :: ways_before
       procedure :: name_of
    end type static_tools_t
+
+   integer, parameter :: most_tries = 4 !< ways by which a place inside a tool is looked for outside
 
 contains
 
@@ -90,6 +94,39 @@ contains
       call self%before(t)%settle()
       call self%place(self%way)
    end subroutine shift
+
+   !> The gap (m) of a place at the step's end, and the outward unit normal. Inside a tool the nearest face is
+   !> another one on either side of a ridge, and its normal says nothing of where the place has come from: the
+   !> gap is that of the place drawn out along `outward`, less the way.
+   pure subroutine gap_and_normal(self, t, place, outward, gap, normal)
+      class(static_tools_t), intent(in) :: self
+      integer, intent(in) :: t
+      real(wp), intent(in) :: place(3), outward(3) !< m; a unit vector
+      real(wp), intent(out) :: gap, normal(3)
+      real(wp) :: aside(3), beyond, way
+      integer :: try
+      call self%now(t)%gap_and_normal(place, gap, normal)
+      if (.not. gap < 0.0_wp) return
+      way = -gap
+      do try = 1, most_tries
+         way = 2.0_wp*way
+         call self%now(t)%gap_and_normal(place + way*outward, beyond, aside)
+         if (beyond < 0.0_wp) cycle
+         gap = beyond - way
+         normal = aside
+         return
+      end do
+   end subroutine gap_and_normal
+
+   !> Which way a place (m) is outside a tool that may have come over it in the step.
+   pure function outward_at(self, t, place) result(outward)
+      class(static_tools_t), intent(in) :: self
+      integer, intent(in) :: t
+      real(wp), intent(in) :: place(3)
+      real(wp) :: outward(3), gap
+      call self%now(t)%gap_and_normal(place, gap, outward)
+      if (gap < 0.0_wp) call self%before(t)%gap_and_normal(place, gap, outward)
+   end function outward_at
 
    !> True when its load moves a tool along its axis.
    pure logical function is_driven(self, t)
