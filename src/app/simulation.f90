@@ -22,7 +22,8 @@ module m_simulation
    use m_energy, only: balance_t
    use m_recorder, only: recorder_t
    use m_checkpoint, only: run_facts_t
-   use m_keeper, only: keeper_t, asks_end_lost
+   use m_called_off, only: asks_end_lost
+   use m_keeper, only: keeper_t
    use m_output_lock, only: output_lock_t
    use m_signals, only: catch_signals
    use m_resume, only: read_run, resume_run, resumed_t
@@ -177,8 +178,14 @@ contains
       self%model%requested_action = self%keeper%request()
       if (self%lock%is_lost()) self%model%requested_action = asks_end_lost
       self%model%wants_sums = self%recorder%history_is_due(self%model%time + time_step)
+      call self%integrator%end_by(self%keeper%end_of_run())
       call self%integrator%step(self%model, time_step, self%error)
       call self%console%lines(self%integrator%news())
+      if (self%integrator%was_called_off()) then
+         call self%keeper%keep(self%scene, self%model, self%balance, self%facts, self%recorder, &
+                               self%course%stop_reason, self%error, within=.true.)
+         return
+      end if
       self%course%steps = self%course%steps + 1
       if (self%model%requested_action == asks_end_lost) call self%leave_directory()
       written = self%recorder%snapshot_is_due(self%model%time) .or. self%keeper%is_due(self%model)

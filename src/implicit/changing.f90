@@ -2,6 +2,7 @@
 module m_changing
    use m_kinds, only: wp
    use m_errors, only: error_t
+   use m_called_off, only: called_off_t
    use m_text, only: si
    use m_scene, only: scene_t, quasi_static_spec_t
    use m_model, only: model_t
@@ -26,6 +27,8 @@ module m_changing
       procedure :: look_ahead
       procedure :: step
       procedure, private :: kind
+      procedure :: end_by
+      procedure :: was_called_off
       procedure :: keeps_state
       procedure :: news
       procedure :: summary
@@ -81,6 +84,7 @@ contains
       else
          call advance(model, time_step, error)
       end if
+      if (self%was_called_off()) return
       if (.not. self%holds .or. self%spec%holds_at(model%time)) return
       call self%statics%change(model, .false.) ! the next one is explicit: at rest, as long as waves let
       self%holds = .false.
@@ -94,6 +98,17 @@ contains
       class(changing_t), intent(in) :: self
       kind = merge('implicit    ', 'quasi-static', self%spec%has_inertia())
    end function kind
+
+   subroutine end_by(self, called_off)
+      class(changing_t), intent(inout) :: self
+      type(called_off_t), intent(in) :: called_off
+      call self%statics%end_by(called_off)
+   end subroutine end_by
+
+   pure logical function was_called_off(self)
+      class(changing_t), intent(in) :: self
+      was_called_off = self%holds .and. self%statics%was_called_off()
+   end function was_called_off
 
    pure logical function keeps_state(self)
       class(changing_t), intent(in) :: self

@@ -7,12 +7,14 @@ module m_equilibrium
    use m_text, only: to_text
    use m_static_system, only: static_system_t
    use m_static_linear, only: static_linear_t, most_unsolved, most_unsettled
+   use m_static_ways, only: steepest
    use m_trial_state, only: verdict_t
    implicit none
    private
    public :: equilibrium_t
 
-   integer, parameter, public :: found = 0, no_convergence = 1, turned = 2, too_far = 3, too_long = 4
+   integer, parameter, public :: found = 0, no_convergence = 1, turned = 2, too_far = 3, too_long = 4, &
+                                 called_off = 5, not_held = 6
 
    !> How an equilibrium was looked for, and what became of it.
    type :: equilibrium_t
@@ -101,6 +103,10 @@ contains
             self%newton = self%newton + 1
             call system%linearise()
             call self%linear%improve(system, force, self%left, change)
+            if (self%linear%stopped .or. system%is_called_off()) then
+               self%outcome = merge(called_off, not_held, system%asked > 0)
+               return
+            end if
             call self%step_along(change, force)
          end do
       end associate
@@ -146,7 +152,8 @@ contains
          allocate (all_forces(size(change)), pressing(points), rub(3, points))
          from = self%z
          slope_before = slope_of(force)
-         length = min(1.0_wp, longest/max(self%system%steepest(change), tiny(1.0_wp)))
+         call system%set_motion(change)
+         length = min(1.0_wp, longest/max(steepest(system%model, system%work), tiny(1.0_wp)))
          low = 0.0_wp
          slope_low = slope_before
          do try = 1, most_halvings

@@ -16,6 +16,7 @@ module m_krylov
    type, abstract, public :: krylov_operator_t
    contains
       procedure(product_interface), deferred :: multiply
+      procedure :: is_to_stop
    end type krylov_operator_t
 
    !> What may stand for the inverse of the system in place of its diagonal.
@@ -51,6 +52,7 @@ module m_krylov
       Vec :: right_side, solution
       Mat :: shell
       KSP :: symmetric, general
+      logical, public :: stopped = .false. !< the last solve was given up: its operator has asked for it
    contains
       procedure, public :: fit
       procedure, public :: size => size_of
@@ -59,6 +61,7 @@ module m_krylov
       procedure, public :: finish
    end type krylov_t
 
+   integer, parameter :: look_every = 10      !< products: then the operator is asked whether to stop
    real(wp), parameter :: may_grow = 1.0e30_wp !< of the residual, before it falls
    integer, parameter :: restart = 60         !< of the method for matrices that are not symmetric
 
@@ -66,8 +69,19 @@ module m_krylov
    class(krylov_operator_t), pointer :: current_operator => null()
    class(krylov_preconditioner_t), pointer :: current_preconditioner => null()
    real(wp), pointer :: current_diagonal(:) => null()
+   integer :: current_products = 0
+   logical :: current_symmetric = .false., current_stopped = .false.
 
 contains
+
+   !> Collective: whether a solve is to be given up, after a product; `descent`: `from` is a direction along
+   !> which what is left over pushes.
+   logical function is_to_stop(self, from, to, diagonal, descent)
+      class(krylov_operator_t), intent(inout) :: self
+      real(wp), intent(in), contiguous :: from(:), to(:), diagonal(:)
+      logical, intent(in) :: descent
+      is_to_stop = .false.
+   end function is_to_stop
 
    !> Collective: objects for `unknowns` on this rank; those that are there are kept where all ranks' fit.
    subroutine fit(self, comm, unknowns, fits, preconditioned)
@@ -142,6 +156,9 @@ contains
       current_operator => operator
       current_diagonal => diagonal
       current_preconditioner => preconditioner
+      current_products = 0
+      current_symmetric = symmetric
+      current_stopped = .false.
       PetscCallA(VecGetArrayF90(self%right_side, values, ierr))
       values = b
       PetscCallA(VecRestoreArrayF90(self%right_side, values, ierr))
@@ -159,10 +176,12 @@ contains
       PetscCallA(VecGetArrayReadF90(self%solution, values, ierr))
       x = values
       PetscCallA(VecRestoreArrayReadF90(self%solution, values, ierr))
+      self%stopped = current_stopped
+      if (self%stopped) solved = .false.
       nullify (current_operator, current_diagonal, current_preconditioner)
    end subroutine solve
 
-   !> PETSc's product with the matrix.
+   !> PETSc's product with the matrix. One that is 0 ends either method at once: so a solve is given up.
    subroutine multiply(matrix, x, y, ierr)
       Mat :: matrix
       Vec :: x, y
@@ -170,7 +189,13 @@ contains
       PetscScalar, pointer :: from(:), to(:)
       PetscCallA(VecGetArrayReadF90(x, from, ierr))
       PetscCallA(VecGetArrayF90(y, to, ierr))
-      call current_operator%multiply(from, to)
+      if (.not. current_stopped) then
+         call current_operator%multiply(from, to)
+         current_products = current_products + 1
+         if (mod(current_products, look_every) == 0) &
+            current_stopped = current_operator%is_to_stop(from, to, current_diagonal, current_symmetric)
+      end if
+      if (current_stopped) to = 0.0_wp
       PetscCallA(VecRestoreArrayReadF90(x, from, ierr))
       PetscCallA(VecRestoreArrayF90(y, to, ierr))
    end subroutine multiply

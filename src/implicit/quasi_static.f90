@@ -2,10 +2,10 @@
 !> or with it (theory.md, Quasi-static steps). Particles change only when a step has its equilibrium.
 module m_quasi_static
    use m_kinds, only: wp, i8
-   use m_constants, only: exit_numerical
-   use m_errors, only: error_t, fail
+   use m_errors, only: error_t
    use m_text, only: to_text, si
    use m_timers
+   use m_group_reader, only: name_length
    use m_scene, only: scene_t, quasi_static_spec_t, preconditioner_gamg
    use m_field_table, only: layout_t
    use m_particle_store, only: particle_store_t
@@ -13,16 +13,18 @@ module m_quasi_static
    use m_norton, only: norton_t
    use m_model, only: model_t, bounds_t
    use m_integrator, only: integrator_t
-   use m_complaints, only: particle_text
+   use m_static_complaints, only: complain, reason
    use m_static_motion, only: take_along
    use m_advance, only: migrate
    use m_trial_state, only: relaxation
-   use m_equilibrium, only: equilibrium_t, found, turned, too_far, too_long
+   use m_equilibrium, only: equilibrium_t, found, too_far, called_off, not_held
    use m_static_loads, only: find_contact, book_contact
    use m_static_levels, only: longest_way, spread_aside
    use m_contact_complaints, only: forbid_contact
    use m_move_regions, only: move_regions, forget_edge_stress
    use m_static_times, only: next_stop
+   use m_static_ways, only: farthest
+   use m_called_off, only: called_off_t
    implicit none
    private
    public :: quasi_static_t
@@ -40,6 +42,7 @@ module m_quasi_static
       integer :: farthest(3) = 0         !< level, block, particle of this rank that went farthest,
       real(wp) :: own_way = 0.0_wp       !< and its way
       logical :: failed_before = .false. !< the last step was halved
+      character(len=:), allocatable :: bodies(:) !< their names
       character(len=:), allocatable :: told
       integer(i8) :: steps = 0, newton = 0, solves = 0, products = 0, halved = 0
    contains
@@ -47,6 +50,8 @@ module m_quasi_static
       procedure :: next_step
       procedure :: look_ahead
       procedure :: step
+      procedure :: end_by
+      procedure :: was_called_off
       procedure :: keeps_state
       procedure :: news
       procedure :: summary
@@ -56,8 +61,6 @@ module m_quasi_static
       procedure, private :: attempt
       procedure, private :: commit
       procedure, private :: choose_next
-      procedure, private :: complain
-      procedure, private :: find_cause
    end type quasi_static_t
 
    real(wp), parameter :: most_of_way = 0.98_wp !< of what particles of the finest level may go: tools
@@ -65,8 +68,6 @@ module m_quasi_static
    real(wp), parameter :: growth = 1.5_wp, least_growth = 0.1_wp
    integer, parameter :: parts_of_creep = 4    !< in which laws that creep take a step
    integer, parameter :: easy = 5              !< Newton iterations up to which the next step is longer
-   character(len=*), parameter :: advice = '; try a smaller step, loads that come on more slowly (ramp), '// &
-                                           'smaller cells, or boundaries and tools that hold the body'
    real(wp), parameter :: smallest_share = 1.0e-3_wp !< of the step that may be taken
 
 contains
@@ -82,6 +83,10 @@ contains
       if (.not. model%static_step > 0.0_wp) model%static_step = self%spec%step
       self%equilibrium%wants_log = self%spec%iterations
       self%told = ''
+      allocate (character(len=name_length) :: self%bodies(size(scene%bodies)))
+      do m = 1, size(scene%bodies)
+         self%bodies(m) = scene%bodies(m)%name
+      end do
       self%creeps = .false.
       do m = 1, size(model%materials%slots)
          self%creeps = self%creeps .or. model%materials%slots(m)%law%goes_on()
@@ -210,14 +215,21 @@ contains
       do
          call self%attempt(model, now, done)
          if (done) exit
+         if (self%was_called_off()) then
+            model%requested_action = self%equilibrium%system%asked
+            call model%timers%on_level(0)
+            return
+         end if
          self%failed_before = .true.
-         self%halved = self%halved + 1
-         self%told = self%told//'quasi      step '//to_text(model%step + 1)//' of '//si(now, 's')// &
+         if (self%equilibrium%outcome /= not_held) &
+            self%told = self%told//'quasi      step '//to_text(model%step + 1)//' of '//si(now, 's')// &
                      ' has no equilibrium after '//to_text(self%equilibrium%newton)// &
                      ' Newton iterations ('//reason(self%equilibrium%outcome)//'); it is halved'// &
                      new_line('a')
-         if (0.5_wp*now < self%smallest) then
-            call self%complain(model, now, error)
+         self%halved = self%halved + 1
+         if (0.5_wp*now < self%smallest .or. self%equilibrium%outcome == not_held) then
+            call complain(self%equilibrium, model, now, self%way, self%farthest, self%own_way, self%bodies, &
+                          error)
             call model%timers%on_level(0)
             return
          end if
@@ -227,18 +239,6 @@ contains
       call model%timers%on_level(0)
       call self%choose_next(model, now)
    end subroutine step
-
-   !> Why a step has no equilibrium.
-   pure function reason(outcome) result(text)
-      integer, intent(in) :: outcome
-      character(len=:), allocatable :: text
-      select case (outcome)
-      case (too_far); text = 'a particle would move too far'
-      case (turned); text = 'a particle is strained too far'
-      case (too_long); text = 'a law asks for a smaller step'
-      case default; text = 'no convergence'
-      end select
-   end function reason
 
    !> Collective: look for the equilibrium at the end of a step.
    subroutine attempt(self, model, time_step, done)
@@ -259,7 +259,7 @@ contains
       self%solves = self%solves + self%equilibrium%linear%solves
       self%products = self%products + self%equilibrium%linear%products
       call self%equilibrium%system%set_motion(self%equilibrium%z)
-      self%way = max(self%equilibrium%system%farthest(self%farthest, self%own_way), &
+      self%way = max(farthest(model, self%equilibrium%system%work, self%farthest, self%own_way), &
                      maxval(abs([0.0_wp, self%equilibrium%system%contact%tools%way])) &
                      /longest_way(model, size(model%levels)))
       if (self%equilibrium%outcome == found .and. self%way > 1.0_wp) self%equilibrium%outcome = too_far
@@ -327,85 +327,16 @@ contains
       model%static_step = wished
    end subroutine choose_next
 
-   !> Collective: why there is no equilibrium with a last step (s), and where.
-   subroutine complain(self, model, last, error)
-      class(quasi_static_t), intent(in) :: self
-      type(model_t), intent(in) :: model
-      real(wp), intent(in) :: last
-      type(error_t), intent(inout) :: error
-      character(len=:), allocatable :: steps
-      real(wp) :: worst
-      logical :: mine
-      integer :: at(3), tool
-      steps = 'no equilibrium with steps down to '//si(last, 's')//': '//reason(self%equilibrium%outcome)
-      call self%find_cause(model, worst, at, tool)
-      mine = worst >= model%communicator%maximum(worst)
-      if (mine .and. tool > 0) then
-         call fail(error, exit_numerical, 'tool '//self%equilibrium%system%contact%tools%name_of(tool)// &
-                   ': nothing holds it against the loads that push it; move it to where it meets a '// &
-                   'body, or give it speeds')
-      else if (mine .and. at(3) > 0) then
-         call fail(error, exit_numerical, particle_text(model, at(1), at(2), at(3))//': '//steps//advice)
-      end if
-      call model%communicator%agree(error)
-      if (.not. error%happened()) &
-         call fail(error, exit_numerical, 'step '//to_text(model%step + 1)//': '//steps//advice)
-   end subroutine complain
+   subroutine end_by(self, called_off)
+      class(quasi_static_t), intent(inout) :: self
+      type(called_off_t), intent(in) :: called_off
+      self%equilibrium%system%called_off = called_off
+   end subroutine end_by
 
-   !> What stands in the way on this rank, and how much: a particle (level, block, particle; 0: none), or a
-   !> tool that nothing holds. That a law asks for a smaller step is of no particle.
-   subroutine find_cause(self, model, worst, at, tool)
+   pure logical function was_called_off(self)
       class(quasi_static_t), intent(in) :: self
-      type(model_t), intent(in) :: model
-      real(wp), intent(out) :: worst
-      integer, intent(out) :: at(3), tool
-      integer :: n
-      at = 0
-      tool = 0
-      associate (it => self%equilibrium, nodal => self%equilibrium%system%nodal)
-         select case (it%outcome)
-         case (turned)
-            worst = -it%verdict%smallest
-            at = [it%verdict%level, it%verdict%block, it%verdict%particle]
-         case (too_far)
-            worst = self%own_way
-            at = self%farthest
-            associate (ways => abs(it%system%contact%tools%way))
-               ! the same on all ranks
-               if (maxval([0.0_wp, ways]) >= self%way*longest_way(model, size(model%levels))) &
-                  tool = maxloc(ways, dim=1)
-            end associate
-         case (too_long)
-            worst = 0.0_wp
-         case default
-            worst = maxval([-1.0_wp, abs(it%left)])
-            if (size(it%left) == 0) return
-            n = maxloc(abs(it%left), dim=1)
-            tool = max(0, n - nodal)
-            if (tool > 0) return
-            at(1) = findloc(n > it%system%levels%before, .true., dim=1, back=.true.)
-            associate (node => it%system%levels(at(1))%unknowns%at(:, n - it%system%levels(at(1))%before))
-               at(2) = node(5)
-               at(3) = nearest_to(model, at(1), at(2), node(2:4))
-            end associate
-         end select
-      end associate
-   end subroutine find_cause
-
-   !> Particle of block b nearest to a node of its tile; 0: it has none.
-   pure integer function nearest_to(model, l, b, at) result(p)
-      type(model_t), intent(in) :: model
-      integer, intent(in) :: l, b, at(3)
-      real(wp) :: place(3)
-      integer :: q
-      associate (level => model%levels(l), particles => model%levels(l)%blocks(b)%particles, &
-                 x => model%levels(l)%layout%position)
-         place = level%blocks(b)%origin + (at - 1)*level%grid%cell
-         p = 0
-         if (particles%count == 0) return
-         p = minloc([(sum((particles%column(q, x:x + 2) - place)**2), q=1, particles%count)], dim=1)
-      end associate
-   end function nearest_to
+      was_called_off = self%equilibrium%outcome == called_off
+   end function was_called_off
 
    pure logical function keeps_state(self)
       class(quasi_static_t), intent(in) :: self

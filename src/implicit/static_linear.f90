@@ -15,6 +15,7 @@ module m_static_linear
       logical :: has_elements = .false.   !< they are made in this step
       integer :: solves = 0, products = 0 !< of this step
       integer :: unsolved = 0             !< linear problems of this step that were not
+      logical :: stopped = .false.        !< the system has asked to stop
       integer :: unsettled = 0            !< iterations of this step whose points did not settle
       integer(i8) :: cg_solved = 0        !< linear problems that conjugate gradients have solved,
       integer(i8) :: cg_iterations = 0    !< and what they took for them
@@ -46,6 +47,7 @@ contains
       self%products = 0
       self%unsolved = 0
       self%unsettled = 0
+      self%stopped = .false.
       self%gmres_leads = .false.
       self%has_elements = .false.
    end subroutine begin
@@ -75,6 +77,7 @@ contains
             done = .false.
             call self%set_points(system, ahead, bound, force - moved, right)
             call self%solve_linear(system, right, direction, aim)
+            if (self%stopped) return
             call move_points(system, direction, along)
             if (self%unsolved >= most_unsolved) exit
             if (.not. contact%rubs .and. fits(system, ahead + along)) then
@@ -247,11 +250,12 @@ contains
          call try(.true., patient)
          cg_may_solve = products >= patient .and. patient < most_products
       end if
+      if (self%stopped) return
       if (.not. solved) then
          call try(.false., most_gmres)
          self%gmres_leads = solved
       end if
-      if (solved) return
+      if (solved .or. self%stopped) return
       if (cg_may_solve) then
          by_gmres = direction
          call try(.true., most_products)
@@ -265,6 +269,7 @@ contains
          call self%krylov%solve(system, diagonal, self%elements, right, direction, aim, symmetric, most, &
                                 products, solved)
          self%products = self%products + products
+         self%stopped = self%krylov%stopped
          if (.not. (symmetric .and. solved) .or. products > patient) return ! at length is no measure
          self%cg_solved = self%cg_solved + 1
          self%cg_iterations = self%cg_iterations + products

@@ -8,16 +8,17 @@ module m_static_system
    use m_node_values, only: a_x, f_x
    use m_boundary, only: motion_parity
    use m_migration, only: frame_of
-   use m_g2p_boxes, only: fastest_t
    use m_static_transfer, only: p2g_diagonal
    use m_krylov, only: krylov_operator_t
    use m_static_contact, only: static_contact_t
    use m_model, only: model_t
-   use m_static_tiles, only: put_loads, put_accelerations, read_motion, take_gradients, stiffest
+   use m_static_tiles, only: put_loads, put_accelerations, read_motion, stiffest
    use m_static_inertia, only: static_inertia_t
    use m_static_levels, only: static_level_t, fit_levels, number_levels, spread, collect, gather_all, &
-                              find_ghost, longest_way
+                              find_ghost
    use m_static_means, only: take_trial_gradients, push_nodes
+   use m_static_ways, only: rigid_motion_t, motion_of_body, may_hold
+   use m_called_off, only: called_off_t
    use m_trial_state, only: verdict_t
    implicit none
    private
@@ -43,6 +44,9 @@ module m_static_system
       real(wp) :: ramp = 0.0_wp                      !< over which loads come on from time 0, s
       real(wp) :: scale = 0.0_wp !< size of the forces that are in balance, N
       logical :: presses = .false.                   !< products take pressed points along
+      type(called_off_t) :: called_off
+      integer :: asked = 0                           !< by what has called it off
+      type(rigid_motion_t) :: unheld                 !< of this step
       integer :: product_row = 0, residual_row = 0   !< of the timers
    contains
       procedure :: begin
@@ -59,13 +63,14 @@ module m_static_system
       procedure, private :: give_ways
       procedure, private :: total
       procedure :: dot
-      procedure :: steepest
-      procedure :: farthest
+      procedure :: is_to_stop
+      procedure :: is_called_off
       procedure, private :: clear_forces
    end type static_system_t
 
    real(wp), parameter :: no_force = 1.0e-6_wp !< of a modulus on the face of a cell: less is no load
    real(wp), parameter :: loose = 1.0e-10_wp !< of a stiffness: less is none
+   real(wp), parameter :: no_hold = 1.0e-12_wp !< of what the diagonal has: a way that nothing holds
    real(wp), parameter :: even(8, 3) = 1.0_wp !< what a mirror image does to a diagonal
 
 contains
@@ -79,6 +84,7 @@ contains
       integer :: l, largest
       self%model => model
       self%time_step = time_step
+      self%unheld = rigid_motion_t()
       self%product_row = model%timers%row_of('static products')
       self%residual_row = model%timers%row_of('static forces')
       call fit_levels(self%levels, model, self%parts, largest)
@@ -385,50 +391,26 @@ contains
       call self%give_ways(sums, force)
    end subroutine contact_forces
 
-   !> Collective: largest component of the gradients of displacements, of all particles.
-   real(wp) function steepest(self, z)
+   !> Collective: whether a linear solve is to be given up: the run ends, or what is left over pushes a body
+   !> along a way that nothing holds. The nodes hold `from`.
+   logical function is_to_stop(self, from, to, diagonal, descent)
       class(static_system_t), intent(inout) :: self
-      real(wp), intent(in) :: z(:) !< m
-      integer :: b, l
-      call self%set_motion(z)
-      steepest = 0.0_wp
-      do l = 1, size(self%levels)
-         associate (level => self%model%levels(l))
-            do b = 1, size(level%blocks)
-               associate (n => level%blocks(b)%particles%count)
-                  if (n == 0) cycle
-                  call take_gradients(level, b, self%work)
-                  steepest = max(steepest, maxval(abs(self%work(:n, :9))))
-               end associate
-            end do
-         end associate
-      end do
-      steepest = self%model%communicator%maximum(steepest)
-   end function steepest
+      real(wp), intent(in), contiguous :: from(:), to(:), diagonal(:)
+      logical, intent(in) :: descent
+      is_to_stop = self%is_called_off()
+      if (is_to_stop .or. .not. descent .or. self%inertia%acts) return
+      if (self%dot(from, to) > no_hold*self%dot(from, diagonal*from)) return
+      if (may_hold(self%contact, self%model)) return
+      self%unheld = motion_of_body(self%model, self%work)
+      is_to_stop = self%unheld%body > 0
+   end function is_to_stop
 
-   !> Collective: the largest component of a particle's way, in what it may be; and of this rank's particles
-   !> that which goes farthest (level, block, particle; 0: there is none) and its own.
-   real(wp) function farthest(self, at, own)
+   !> Collective: whether the run is to end.
+   logical function is_called_off(self)
       class(static_system_t), intent(inout) :: self
-      integer, intent(out) :: at(3)
-      real(wp), intent(out) :: own
-      type(fastest_t) :: longest
-      integer :: b, l
-      at = 0
-      own = 0.0_wp
-      do l = 1, size(self%levels)
-         associate (level => self%model%levels(l), most => longest_way(self%model, l))
-            do b = 1, size(level%blocks)
-               if (level%blocks(b)%particles%count == 0) cycle
-               longest = fastest_t(own*most)
-               call take_gradients(level, b, self%work, longest)
-               if (longest%particle > 0) at = [l, b, longest%particle]
-               own = longest%speed/most
-            end do
-         end associate
-      end do
-      farthest = self%model%communicator%maximum(own)
-   end function farthest
+      self%asked = nint(self%model%communicator%maximum(real(self%called_off%asks(), wp)))
+      is_called_off = self%asked > 0
+   end function is_called_off
 
    !> Collective: product of two vectors of unknowns.
    real(wp) function dot(self, a, b)

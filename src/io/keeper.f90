@@ -5,8 +5,8 @@ module m_keeper
    use m_errors, only: error_t
    use m_text, only: to_text, si, duration
    use m_timers, only: wall_time, phase_output
-   use m_signals, only: signal_caught, forget_checkpoint_signal, signal_interrupt, signal_user, &
-                        signal_terminate
+   use m_signals, only: signal_caught, forget_checkpoint_signal, signal_user
+   use m_called_off, only: called_off_t, asks_checkpoint, asks_end_limit, asks_end_interrupt
    use m_scene, only: scene_t, checkpoint_spec_t
    use m_model, only: model_t
    use m_energy, only: balance_t
@@ -16,12 +16,6 @@ module m_keeper
    implicit none
    private
    public :: keeper_t
-
-   !> What a rank asks of the run; the largest of all ranks counts.
-   integer, parameter :: asks_checkpoint = 1, asks_end_limit = 2, asks_end_interrupt = 3, &
-                         asks_end_terminate = 4
-   integer, parameter, public :: asks_end_lost = 5 !< the directory is another run's now: nothing is to be
-                                                   !< written any more
 
    real(wp), parameter :: slow_disk = 1.0e8_wp !< bytes a second: what no checkpoint has been timed for is
                                                !< taken to need
@@ -45,6 +39,7 @@ module m_keeper
    contains
       procedure :: start
       procedure :: request
+      procedure :: end_of_run
       procedure :: keep
       procedure :: is_due
       procedure :: keep_last
@@ -87,13 +82,10 @@ contains
    !> What this rank asks for before a step.
    integer function request(self)
       class(keeper_t), intent(inout) :: self
+      type(called_off_t) :: by_signals
       real(wp) :: now
-      request = 0
-      select case (signal_caught())
-      case (signal_user); request = asks_checkpoint
-      case (signal_interrupt); request = asks_end_interrupt
-      case (signal_terminate); request = asks_end_terminate
-      end select
+      request = by_signals%asks()
+      if (signal_caught() == signal_user) request = asks_checkpoint
       if (.not. self%root) return
       now = wall_time()
       if (self%spec%every_wall > 0.0_wp .and. now - self%last_wall >= self%spec%every_wall) &
@@ -105,6 +97,13 @@ contains
           >= self%spec%wall_limit) &
          request = max(request, asks_end_limit)
    end function request
+
+   !> What may end the run in the middle of a step: a checkpoint has to be written before its limit.
+   type(called_off_t) function end_of_run(self)
+      class(keeper_t), intent(in) :: self
+      if (self%root .and. self%spec%wall_limit > 0.0_wp) &
+         end_of_run%deadline = self%began + self%spec%wall_limit - 2.0_wp*self%longest
+   end function end_of_run
 
    !> Whether a checkpoint is to be written after this step.
    pure logical function is_due(self, model)
@@ -120,7 +119,7 @@ contains
 
    !> Collective: after a step and all that it writes. `reason` says why the run is to end here; empty: it
    !> goes on.
-   subroutine keep(self, scene, model, balance, facts, recorder, reason, error)
+   subroutine keep(self, scene, model, balance, facts, recorder, reason, error, within)
       class(keeper_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
       type(model_t), intent(inout) :: model
@@ -129,6 +128,7 @@ contains
       type(recorder_t), intent(inout) :: recorder
       character(len=:), allocatable, intent(out) :: reason
       type(error_t), intent(inout) :: error
+      logical, intent(in), optional :: within !< the step that follows was begun and left
       reason = ''
       if (error%happened()) return
       if (self%is_due(model)) call self%write(scene, model, balance, facts, recorder, error)
@@ -142,6 +142,7 @@ contains
       case default
          reason = 'stopped by SIGTERM'
       end select
+      if (present(within)) reason = reason//' within step '//to_text(model%step + 1)//', which begins anew'
       reason = reason//', step '//to_text(model%step)//', time '//si(model%time, 's')
       if (self%writes) then
          reason = reason//'; to go on: gimp3d --restart '//self%directory

@@ -3,6 +3,7 @@
 module m_integrator
    use m_kinds, only: wp
    use m_errors, only: error_t
+   use m_called_off, only: called_off_t
    use m_scene, only: scene_t
    use m_model, only: model_t
    use m_time_step, only: next_time_step
@@ -15,6 +16,8 @@ module m_integrator
       procedure :: next_step
       procedure :: look_ahead
       procedure(step), deferred :: step
+      procedure :: end_by
+      procedure :: was_called_off
       procedure :: keeps_state
       procedure :: news
       procedure :: summary
@@ -58,6 +61,19 @@ contains
    subroutine look_ahead(self)
       class(integrator_t), intent(inout) :: self
    end subroutine look_ahead
+
+   !> What may end the run in the middle of the steps that follow.
+   subroutine end_by(self, called_off)
+      class(integrator_t), intent(inout) :: self
+      type(called_off_t), intent(in) :: called_off
+   end subroutine end_by
+
+   !> True when the last step was left for that, and the model is as it was before; it holds what all ranks
+   !> ask of the run.
+   pure logical function was_called_off(self)
+      class(integrator_t), intent(in) :: self
+      was_called_off = .false.
+   end function was_called_off
 
    !> True when a step that has failed has left the model as it was.
    pure logical function keeps_state(self)

@@ -201,29 +201,10 @@ def changes():
         )
 
 
-def no_equilibrium():
-    """A block that nothing holds, pressed: status 3, a sentence with a particle, and the last good state on
-    the disk."""
-    text = (
-        "&scene title='loose', end_time=1 /\n&grid lower=0,0,0, upper=1,1,1, cell_size=0.1 /\n"
-        + material("neo_hookean", ", poisson=0.3")
-        + "&body material='soft', shape='box', lower=0.3,0.3,0.3, upper=0.6,0.6,0.6 /\n"
-        "&pressure lower=0.3,0.3,0.6, upper=0.6,0.6,0.6, times=0,1, values=0,300 /\n"
-        "&quasi_static step=0.5 /\n&output directory='loose' /\n"
-    )
-    log = run(text, 1, allowed=(3,))
-    require(
-        "loose: the sentence names a particle and what to do",
-        "no equilibrium with steps down to" in log and "particle" in log,
-    )
-    require("loose: the last good state stands on the disk", "the last good state, of step" in log)
-
-
 if __name__ == "__main__":
     patch()
     plate()
     column()
     tools_that_leave()
     changes()
-    no_equilibrium()
     finish()

@@ -4,7 +4,9 @@ is the program)
 - A first step that is far longer than the run is halved from what may be taken, not from itself.
 - Where gravity moves particles too far, the one that is named is at the top, which goes farthest.
 - A particle that leaves the grid after a step: the state of the step before stands.
-- A tool that stops after 1e-4 s of a run of 1e6 s has gone that far, and no further."""
+- A tool that stops after 1e-4 s of a run of 1e6 s has gone that far, and no further.
+- A body that nothing holds is named in the first step.
+- A wall limit ends a run within a step."""
 
 import re
 
@@ -66,4 +68,63 @@ run(
 )
 depth = tool("stops", "p")["depth"][-1]
 check("the way of a tool that stops early in a long run", depth / 0.0100005 - 1, 1e-9)
+
+# what nothing holds is said in the first step, by name and direction; unless the loads do not push it
+LOOSE = """&scene title='loose', end_time=1 /
+&grid lower=0,0,0, upper=1,1,1, cell_size=0.1, boundary={boundary} /
+&material name='soft', model='neo_hookean', density=50, young=1e3, poisson=0.3 /
+&body name='{name}', material='soft', shape='box', lower=0.3,0.3,{bottom}, upper=0.6,0.6,0.6 /
+&pressure lower={lower}, upper={upper}, times=0,1, values=0,300 /
+&quasi_static step=0.5 /
+&output directory='loose', formats='none' /
+"""
+FREE, STANDS = "6*'free'", "'free','free','free','free','roller','free'"
+TOP, PART, SIDE = (
+    ("0.3,0.3,0.6", "0.6,0.6,0.6"),
+    ("0.45,0.3,0.6", "0.6,0.6,0.6"),
+    ("0.6,0.3,0", "0.6,0.6,0.6"),
+)
+for number, (boundary, bottom, (lower, upper), ranks, said) in enumerate(
+    (
+        (FREE, 0.3, TOP, 1, "push it along z, and nothing holds it"),
+        (FREE, 0.3, PART, 2, "turn it about y, and nothing holds it"),
+        (STANDS, 0, SIDE, 2, "push it along x, and nothing holds it"),
+        (STANDS, 0, TOP, 1, None),
+    )
+):
+    name = f"block_{number}"
+    text = LOOSE.format(boundary=boundary, name=name, bottom=bottom, lower=lower, upper=upper)
+    log = run(text, ranks, (3 if said else 0,))
+    if said:
+        require(
+            f"{name}: {said}", re.search(rf"gimp3d: body {name}: the loads {said}.*of step 0, stands", log)
+        )
+        require(f"{name}: no step is halved", "it is halved" not in log)
+    else:
+        require(f"{name}: not pushed along what nothing holds", "nothing holds" not in log)
+
+# a wall limit that is over in the first step ends the run there, with a checkpoint to go on from
+STOPPED = """&scene title='{name}', end_time=1 /
+&grid lower=0,0,0, upper=0.6,0.6,1, cell_size=0.1, boundary='symmetry','free','symmetry','free','roller','free' /
+&body material='soft', shape='box', lower=0,0,0, upper=0.3,0.3,0.6 /
+&material name='soft', density=50, young=1e3, poisson=0.3, model='neo_hookean' /
+&tool name='p', shape='flat', radius=1, tip=0,0,0.6, times=0, speeds=0.1 /
+&quasi_static step=0.25, max_step=0.25 /
+&checkpoint every_steps=1, wall_limit={limit} /
+&output directory='{name}', history_every=1e-9, formats='none' /
+"""
+run(STOPPED.format(name="through", limit=0), 1)
+for ranks in (1, 2):
+    name = f"stopped_{ranks}"
+    text = STOPPED.format(name=name, limit=1e-3)
+    log = run(text, ranks, (5,))
+    require(f"{name}: {log.splitlines()[-1]}", "within step 1, which begins anew, step 0, time 0 s" in log)
+    run(text.replace("end_time=1 ", f"restart='{name}', end_time=1 ").replace("wall_limit=0.001", ""), ranks)
+    history, through = tool(name, "p"), tool("through", "p")
+    require(f"{name}: as many rows as without a stop", len(history["time"]) == len(through["time"]))
+    check(
+        f"{name}: load, relative",
+        history["load_z"] / max(through["load_z"]) - through["load_z"] / max(through["load_z"]),
+        1e-9,
+    )
 finish()

@@ -1,0 +1,153 @@
+!> Why an implicit step has no equilibrium, in a sentence.
+module m_static_complaints
+   use m_kinds, only: wp
+   use m_constants, only: exit_numerical
+   use m_errors, only: error_t, fail
+   use m_text, only: to_text, si
+   use m_model, only: model_t
+   use m_complaints, only: particle_text
+   use m_equilibrium, only: equilibrium_t, turned, too_far, too_long, not_held
+   use m_static_levels, only: longest_way
+   use m_static_ways, only: rigid_motion_t
+   implicit none
+   private
+   public :: complain, reason
+
+   character(len=*), parameter :: advice = '; try a smaller step, loads that come on more slowly (ramp), '// &
+                                           'smaller cells, or boundaries and tools that hold the body'
+
+contains
+
+   !> Why a step has no equilibrium.
+   pure function reason(outcome) result(text)
+      integer, intent(in) :: outcome
+      character(len=:), allocatable :: text
+      select case (outcome)
+      case (too_far); text = 'a particle would move too far'
+      case (turned); text = 'a particle is strained too far'
+      case (too_long); text = 'a law asks for a smaller step'
+      case (not_held); text = 'nothing holds a body'
+      case default; text = 'no convergence'
+      end select
+   end function reason
+
+   !> Collective: why there is no equilibrium with a last step (s), and where.
+   subroutine complain(equilibrium, model, last, way, farthest, own_way, bodies, error)
+      type(equilibrium_t), intent(in) :: equilibrium
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: last
+      real(wp), intent(in) :: way        !< the longest of all, in what it may be
+      integer, intent(in) :: farthest(3) !< level, block, particle of this rank that goes farthest,
+      real(wp), intent(in) :: own_way    !< and its way
+      character(len=*), intent(in) :: bodies(:) !< names
+      type(error_t), intent(inout) :: error
+      character(len=:), allocatable :: steps
+      real(wp) :: worst
+      logical :: mine
+      integer :: at(3), tool
+      if (equilibrium%outcome == not_held) then
+         call fail(error, exit_numerical, not_held_text(equilibrium%system%unheld, bodies))
+         return
+      end if
+      steps = 'no equilibrium with steps down to '//si(last, 's')//': '//reason(equilibrium%outcome)
+      call find_cause(equilibrium, model, way, farthest, own_way, worst, at, tool)
+      mine = worst >= model%communicator%maximum(worst)
+      if (mine .and. tool > 0) then
+         call fail(error, exit_numerical, 'tool '//equilibrium%system%contact%tools%name_of(tool)// &
+                   ': nothing holds it against the loads that push it; move it to where it meets a '// &
+                   'body, or give it speeds')
+      else if (mine .and. at(3) > 0) then
+         call fail(error, exit_numerical, particle_text(model, at(1), at(2), at(3))//': '//steps//advice)
+      end if
+      call model%communicator%agree(error)
+      if (.not. error%happened()) &
+         call fail(error, exit_numerical, 'step '//to_text(model%step + 1)//': '//steps//advice)
+   end subroutine complain
+
+   !> What stands in the way on this rank, and how much: a particle (level, block, particle; 0: none), or a
+   !> tool that nothing holds. That a law asks for a smaller step is of no particle.
+   subroutine find_cause(equilibrium, model, way, farthest, own_way, worst, at, tool)
+      type(equilibrium_t), intent(in) :: equilibrium
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: way
+      integer, intent(in) :: farthest(3)
+      real(wp), intent(in) :: own_way
+      real(wp), intent(out) :: worst
+      integer, intent(out) :: at(3), tool
+      integer :: n
+      at = 0
+      tool = 0
+      associate (it => equilibrium, nodal => equilibrium%system%nodal)
+         select case (it%outcome)
+         case (turned)
+            worst = -it%verdict%smallest
+            at = [it%verdict%level, it%verdict%block, it%verdict%particle]
+         case (too_far)
+            worst = own_way
+            at = farthest
+            associate (ways => abs(it%system%contact%tools%way))
+               ! the same on all ranks
+               if (maxval([0.0_wp, ways]) >= way*longest_way(model, size(model%levels))) &
+                  tool = maxloc(ways, dim=1)
+            end associate
+         case (too_long)
+            worst = 0.0_wp
+         case default
+            worst = maxval([-1.0_wp, abs(it%left)])
+            if (size(it%left) == 0) return
+            n = maxloc(abs(it%left), dim=1)
+            tool = max(0, n - nodal)
+            if (tool > 0) return
+            at(1) = findloc(n > it%system%levels%before, .true., dim=1, back=.true.)
+            associate (node => it%system%levels(at(1))%unknowns%at(:, n - it%system%levels(at(1))%before))
+               at(2) = node(5)
+               at(3) = nearest_to(model, at(1), at(2), node(2:4))
+            end associate
+         end select
+      end associate
+   end subroutine find_cause
+
+   !> Of a body that nothing holds.
+   function not_held_text(motion, bodies) result(text)
+      type(rigid_motion_t), intent(in) :: motion
+      character(len=*), intent(in) :: bodies(:)
+      character(len=:), allocatable :: text
+      text = 'body '//to_text(motion%body)
+      if (bodies(motion%body) /= '') text = 'body '//trim(bodies(motion%body))
+      if (norm2(motion%about) > 0.0_wp) then
+         text = text//': the loads turn it about '//direction(motion%about)
+      else
+         text = text//': the loads push it along '//direction(motion%along)
+      end if
+      text = text//', and nothing holds it; hold it by a side of the grid, a tool, friction or another '// &
+             'body, or give steps inertia (mode=''newmark'')'
+   end function not_held_text
+
+   !> An axis by its name, or a unit vector.
+   pure function direction(vector) result(text)
+      real(wp), intent(in) :: vector(3)
+      character(len=:), allocatable :: text
+      integer :: k
+      k = maxloc(abs(vector), dim=1)
+      text = 'xyz'
+      text = text(k:k)
+      if (abs(vector(k)) < 0.999_wp) text = '('//to_text(vector(1), 3)//', '//to_text(vector(2), 3)//', '// &
+                                            to_text(vector(3), 3)//')'
+   end function direction
+
+   !> Particle of block b nearest to a node of its tile; 0: it has none.
+   pure integer function nearest_to(model, l, b, at) result(p)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l, b, at(3)
+      real(wp) :: place(3)
+      integer :: q
+      associate (level => model%levels(l), particles => model%levels(l)%blocks(b)%particles, &
+                 x => model%levels(l)%layout%position)
+         place = level%blocks(b)%origin + (at - 1)*level%grid%cell
+         p = 0
+         if (particles%count == 0) return
+         p = minloc([(sum((particles%column(q, x:x + 2) - place)**2), q=1, particles%count)], dim=1)
+      end associate
+   end function nearest_to
+
+end module m_static_complaints

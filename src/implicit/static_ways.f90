@@ -1,0 +1,166 @@
+!> How particles move by the displacements that the nodes of all levels hold: how far, how steeply, and
+!> whether a body moves as one.
+module m_static_ways
+   use m_kinds, only: wp
+   use m_node_values, only: v_x, v_z
+   use m_g2p_boxes, only: fastest_t
+   use m_model, only: model_t
+   use m_static_tiles, only: take_gradients
+   use m_static_levels, only: longest_way
+   use m_static_contact, only: static_contact_t
+   implicit none
+   private
+   public :: steepest, farthest, motion_of_body, may_hold
+
+   !> A body that moves without strain. All ranks have the same.
+   type, public :: rigid_motion_t
+      integer :: body = 0             !< 0: there is none
+      real(wp) :: along(3) = 0.0_wp   !< of what goes farthest, a unit vector
+      real(wp) :: about(3) = 0.0_wp   !< axis by which it turns, a unit vector; 0: it does not
+   end type rigid_motion_t
+
+   real(wp), parameter :: stiff = 1.0e-4_wp !< strain times cell over way: less is none
+   real(wp), parameter :: against = 1.0e-6_wp !< of the largest displacement: less is not against a point
+   real(wp), parameter :: even = 1.0e-3_wp  !< the same of a turn
+
+contains
+
+   !> Collective: largest component of the gradients at all particles.
+   real(wp) function steepest(model, work)
+      type(model_t), intent(inout) :: model
+      real(wp), intent(inout), contiguous :: work(:, :) !< (particles of the largest block, 9 or more)
+      integer :: b, l
+      steepest = 0.0_wp
+      do l = 1, size(model%levels)
+         associate (level => model%levels(l))
+            do b = 1, size(level%blocks)
+               associate (n => level%blocks(b)%particles%count)
+                  if (n == 0) cycle
+                  call take_gradients(level, b, work(:, :9))
+                  steepest = max(steepest, maxval(abs(work(:n, :9))))
+               end associate
+            end do
+         end associate
+      end do
+      steepest = model%communicator%maximum(steepest)
+   end function steepest
+
+   !> Collective: the largest component of a particle's way, in what it may be; and of this rank's particles
+   !> that which goes farthest (level, block, particle; 0: there is none) and its own.
+   real(wp) function farthest(model, work, at, own)
+      type(model_t), intent(inout) :: model
+      real(wp), intent(inout), contiguous :: work(:, :)
+      integer, intent(out) :: at(3)
+      real(wp), intent(out) :: own
+      type(fastest_t) :: longest
+      integer :: b, l
+      at = 0
+      own = 0.0_wp
+      do l = 1, size(model%levels)
+         associate (level => model%levels(l), most => longest_way(model, l))
+            do b = 1, size(level%blocks)
+               if (level%blocks(b)%particles%count == 0) cycle
+               longest = fastest_t(own*most)
+               call take_gradients(level, b, work(:, :9), longest)
+               if (longest%particle > 0) at = [l, b, longest%particle]
+               own = longest%speed/most
+            end do
+         end associate
+      end do
+      farthest = model%communicator%maximum(own)
+   end function farthest
+
+   !> Collective: the body of the particle that goes farthest, where nothing is strained by what the nodes
+   !> hold.
+   function motion_of_body(model, work) result(motion)
+      type(model_t), intent(inout) :: model
+      real(wp), intent(inout), contiguous :: work(:, :)
+      type(rigid_motion_t) :: motion
+      type(fastest_t) :: longest
+      real(wp) :: way, strain, most, first, sums(7)
+      integer :: b, c, l
+      way = 0.0_wp
+      strain = 0.0_wp
+      sums = 0.0_wp
+      do l = 1, size(model%levels)
+         associate (level => model%levels(l))
+            do b = 1, size(level%blocks)
+               associate (n => level%blocks(b)%particles%count)
+                  if (n == 0) cycle
+                  longest = fastest_t(way)
+                  call take_gradients(level, b, work(:, :9), longest)
+                  strain = max(strain, level%grid%cell*most_strain(work(:n, :9)))
+                  if (longest%particle == 0) cycle
+                  way = longest%speed
+                  sums = [real(level%blocks(b)%particles%body(longest%particle), wp), &
+                          displacement(model, l, b, longest%particle), &
+                          level%grid%cell*turn(work(longest%particle, :9))]
+               end associate
+            end do
+         end associate
+      end do
+      most = model%communicator%maximum(way)
+      if (model%communicator%maximum(strain) > stiff*most) return
+      first = model%communicator%minimum(merge(real(model%communicator%rank, wp), huge(1.0_wp), way >= most))
+      if (abs(first - model%communicator%rank) > 0.5_wp) sums = 0.0_wp ! those of one rank
+      do c = 1, 7
+         sums(c) = model%communicator%sum_real(sums(c))
+      end do
+      motion%body = nint(sums(1))
+      motion%along = sums(2:4)/max(norm2(sums(2:4)), tiny(1.0_wp))
+      if (norm2(sums(5:7)) > even*most) motion%about = sums(5:7)/norm2(sums(5:7))
+   end function motion_of_body
+
+   !> Collective: whether points within reach, pressed or not, would stand against displacements of the nodes.
+   logical function may_hold(contact, model)
+      type(static_contact_t), intent(in) :: contact
+      type(model_t), intent(in) :: model
+      real(wp) :: u(3), closing, most
+      integer :: n
+      closing = 0.0_wp
+      associate (finest => model%levels(size(model%levels)))
+         do n = 1, contact%count
+            associate (it => contact%list(n))
+               if (it%barred) cycle
+               u = contact%way(n, finest%nodes)
+               closing = max(closing, merge(norm2(u), -dot_product(it%normal, u), it%point%friction > 0.0_wp))
+            end associate
+         end do
+         most = maxval(abs(finest%nodes(v_x:v_z, :, :, :, :size(finest%blocks))))
+      end associate
+      most = model%communicator%maximum(most)
+      may_hold = model%communicator%maximum(closing) > against*most
+   end function may_hold
+
+   !> Largest component of strains.
+   pure real(wp) function most_strain(gradient) result(most)
+      real(wp), intent(in) :: gradient(:, :) !< (particles, 9)
+      integer, parameter :: ij(6) = [1, 5, 9, 2, 3, 6], ji(6) = [1, 5, 9, 4, 7, 8]
+      integer :: c
+      most = 0.0_wp
+      do c = 1, 6
+         most = max(most, maxval(abs(gradient(:, ij(c)) + gradient(:, ji(c)))))
+      end do
+   end function most_strain
+
+   !> By how much a gradient turns, about which axis, rad.
+   pure function turn(gradient) result(vector)
+      real(wp), intent(in) :: gradient(9) !< component ij at 3 (j-1) + i
+      real(wp) :: vector(3)
+      vector = 0.5_wp*[gradient(6) - gradient(8), gradient(7) - gradient(3), gradient(2) - gradient(4)]
+   end function turn
+
+   !> Way of the node that is nearest to a particle, m.
+   pure function displacement(model, l, b, p) result(u)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l, b, p
+      real(wp) :: u(3)
+      integer :: at(3)
+      associate (level => model%levels(l), block => model%levels(l)%blocks(b), &
+                 x => model%levels(l)%layout%position)
+         at = nint((block%particles%column(p, x:x + 2) - block%origin)*level%grid%per_cell) + 1
+         u = level%nodes(v_x:v_z, at(1), at(2), at(3), b)
+      end associate
+   end function displacement
+
+end module m_static_ways
