@@ -166,6 +166,9 @@ contains
       solver = self%general
       if (symmetric) solver = self%symmetric
       most_its = most
+      ! the system is another one: without this PETSc takes the diagonal of the first solve for all others
+      PetscCallA(MatAssemblyBegin(self%shell, MAT_FINAL_ASSEMBLY, ierr))
+      PetscCallA(MatAssemblyEnd(self%shell, MAT_FINAL_ASSEMBLY, ierr))
       PetscCallA(KSPSetOperators(solver, self%shell, self%shell, ierr))
       PetscCallA(KSPSetTolerances(solver, 1.0e-30_wp, residual, may_grow, most_its, ierr))
       PetscCallA(KSPSolve(solver, self%right_side, self%solution, ierr))
