@@ -29,7 +29,8 @@ module m_static_linear
 
    integer, parameter, public :: most_unsolved = 3 !< linear problems of a step: then nothing holds the body
    integer, parameter, public :: most_unsettled = 3 !< iterations of a step: then it is too long
-   integer, parameter :: most_guesses = 20
+   integer, parameter :: most_guesses = 20, most_with_friction = 60
+   integer, parameter :: swift = 6 !< guesses: those after them change the bounds of friction less and less
    integer, parameter :: most_products = 4000 !< in one problem, by conjugate gradients
    integer, parameter :: most_gmres = 600     !< by GMRES
    integer, parameter :: patience = 5         !< with conjugate gradients: times the mean of the problems that
@@ -73,7 +74,7 @@ contains
          ahead = 0.0_wp ! way of the points over their tools by the change
          call start_bounds(system, bound)
          aim = max(rough*what_is_left(system, force, left, bound), tiny(aim))
-         do guess = 1, most_guesses
+         do guess = 1, merge(most_with_friction, most_guesses, contact%rubs)
             done = .false.
             call self%set_points(system, ahead, bound, force - moved, right)
             call self%solve_linear(system, right, direction, aim)
@@ -96,7 +97,7 @@ contains
             change = change + length*direction
             moved = moved + length*stiff
             ahead = ahead + length*along
-            call press_by_gaps(system, ahead, bound)
+            call press_by_gaps(system, ahead, bound, min(1.0_wp, real(swift, wp)/guess))
             if (.not. contact%rubs) cycle
             call self%set_points(system, ahead, bound, force - moved, right)
             done = sqrt(system%dot(right, right)) <= 2.0_wp*aim
@@ -192,18 +193,24 @@ contains
       fits = system%model%communicator%minimum(merge(1.0_wp, 0.0_wp, fits)) > 0.5_wp
    end function fits
 
-   !> Those points press whose gaps are closed; friction is bounded by what they press.
-   subroutine press_by_gaps(system, ahead, bound)
+   !> Those points press whose gaps are closed; friction is bounded by what they press, of which the bounds
+   !> take over a share.
+   subroutine press_by_gaps(system, ahead, bound, share)
       type(static_system_t), intent(inout) :: system
       real(wp), intent(in) :: ahead(:, :)
-      real(wp), intent(out) :: bound(:)
+      real(wp), intent(inout) :: bound(:)
+      real(wp), intent(in) :: share
       real(wp) :: pressing, rub(3)
       integer :: n
       do n = 1, system%contact%count
          associate (it => system%contact%list(n))
             call system%contact%law(n, ahead(:, n), 0.0_wp, pressing, rub)
             it%pressed = pressing > 0.0_wp
-            bound(n) = system%contact%limit(n, pressing)
+            if (bound(n) >= unknown .or. share >= 1.0_wp) then
+               bound(n) = system%contact%limit(n, pressing)
+            else
+               bound(n) = bound(n) + share*(system%contact%limit(n, pressing) - bound(n))
+            end if
          end associate
       end do
    end subroutine press_by_gaps

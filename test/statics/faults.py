@@ -5,6 +5,7 @@ is the program)
 - Where gravity moves particles too far, the one that is named is at the top, which goes farthest.
 - A particle that leaves the grid after a step: the state of the step before stands.
 - A tool that stops after 1e-4 s of a run of 1e6 s has gone that far, and no further.
+- A block that friction holds slips in part.
 - A body that nothing holds is named in the first step.
 - A wall limit ends a run within a step."""
 
@@ -68,6 +69,33 @@ run(
 )
 depth = tool("stops", "p")["depth"][-1]
 check("the way of a tool that stops early in a long run", depth / 0.0100005 - 1, 1e-9)
+
+# a block that friction holds, one particle a cell, pushed by 0.9 of what it bears: it slips in part
+run(
+    """&scene title='block on a rigid plane pushed at its side', end_time=0.3 /
+&grid lower=-0.1,0,-0.05, upper=0.1,0.1,0.15, cell_size=0.025, boundary='free','free','symmetry','free','free','free' /
+&time domain='stretch' /
+&material name='m', model='elastic', density=1000, young=1e7, poisson=0.3 /
+&body material='m', shape='box', lower=-0.05,0,0, upper=0.05,0.05,0.1, particles_per_cell=1 /
+&tool name='plane', shape='flat', radius=1, tip=0,0,0, axis=0,0,1, friction=0.5, times=0, speeds=0 /
+&pressure lower=-0.05,0,0.1, upper=0.05,0.05,0.1, times=0,1, values=0,1000 /
+&pressure lower=-0.05,0,0, upper=-0.05,0.05,0.1, times=0,1, values=0,450 /
+&quasi_static step=0.1, max_step=0.1 /
+&output directory='slips', history_every=0.1, formats='none' /
+""",
+    1,
+)
+history = tool("slips", "plane")
+check(
+    "a block that slips in part: load along it, relative",
+    history["load_x"][-1] / (0.3 * 450 * 5e-3) - 1,
+    1e-3,
+)
+check(
+    "a block that slips in part: load across it, relative",
+    history["load_z"][-1] / (-0.3 * 1000 * 5e-3) - 1,
+    1e-3,
+)
 
 # what nothing holds is said in the first step, by name and direction; unless the loads do not push it
 LOOSE = """&scene title='loose', end_time=1 /
