@@ -280,7 +280,11 @@ contains
          if (.not. (bound > 0.0_wp .and. it%point%has_friction)) return
          rub = it%slip + across(it%normal, ahead)
          length = norm2(rub)
-         rub = -rub*min(1.0_wp/it%yielding, bound/max(length, tiny(1.0_wp)))
+         if (length <= bound*it%yielding) then
+            rub = -rub/it%yielding
+         else
+            rub = -rub*bound/length
+         end if
       end associate
    end subroutine law
 

@@ -37,7 +37,7 @@ module m_static_linear
                                               !< they have solved,
    integer, parameter :: least_patience = 300 !< and at least
    real(wp), parameter :: rough = 1.0e-3_wp !< linear problems are solved to this, of the forces left over
-   real(wp), parameter :: unknown = huge(1.0_wp)
+   real(wp), parameter :: unknown = sqrt(huge(1.0_wp)) !< N: times a length it is a number still
 
 contains
 

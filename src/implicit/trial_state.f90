@@ -108,6 +108,7 @@ contains
       real(wp) :: near(lanes, 9), force(lanes, 9), determinant(lanes), span
       integer :: first, last, kl, n, run
       logical :: known, too_long
+      too_long = .false. ! of no account here
       first = 1
       do while (first <= particles%count)
          run = particles%run_end(first)
@@ -142,6 +143,7 @@ contains
       integer, parameter :: at(9) = [1, 6, 5, 6, 2, 4, 5, 4, 3]
       integer :: c, first, last, n, run
       logical :: too_long
+      too_long = .false. ! of no account here
       sizes = 0.0_wp
       still = 0.0_wp
       first = 1
