@@ -400,9 +400,9 @@ contains
       is_to_stop = self%is_called_off()
       if (is_to_stop .or. .not. descent .or. self%inertia%acts) return
       if (self%dot(from, to) > no_hold*self%dot(from, diagonal*from)) return
-      if (may_hold(self%contact, self%model)) return
       self%unheld = motion_of_body(self%model, self%work)
       is_to_stop = self%unheld%body > 0
+      if (is_to_stop) is_to_stop = .not. may_hold(self%contact, self%model, self%unheld%way)
    end function is_to_stop
 
    !> Collective: whether the run is to end.

@@ -15,6 +15,7 @@ module m_static_ways
    !> A body that moves without strain. All ranks have the same.
    type, public :: rigid_motion_t
       integer :: body = 0             !< 0: there is none
+      real(wp) :: way = 0.0_wp        !< largest component, m
       real(wp) :: along(3) = 0.0_wp   !< of what goes farthest, a unit vector
       real(wp) :: about(3) = 0.0_wp   !< axis by which it turns, a unit vector; 0: it does not
    end type rigid_motion_t
@@ -107,15 +108,17 @@ contains
          sums(c) = model%communicator%sum_real(sums(c))
       end do
       motion%body = nint(sums(1))
+      motion%way = most
       motion%along = sums(2:4)/max(norm2(sums(2:4)), tiny(1.0_wp))
       if (norm2(sums(5:7)) > even*most) motion%about = sums(5:7)/norm2(sums(5:7))
    end function motion_of_body
 
    !> Collective: whether points within reach, pressed or not, would stand against displacements of the nodes.
-   logical function may_hold(contact, model)
+   logical function may_hold(contact, model, most)
       type(static_contact_t), intent(in) :: contact
       type(model_t), intent(in) :: model
-      real(wp) :: u(3), closing, most
+      real(wp), intent(in) :: most !< way of a particle of all ranks, m
+      real(wp) :: u(3), closing
       integer :: n
       closing = 0.0_wp
       associate (finest => model%levels(size(model%levels)))
@@ -126,9 +129,7 @@ contains
                closing = max(closing, merge(norm2(u), -dot_product(it%normal, u), it%point%friction > 0.0_wp))
             end associate
          end do
-         most = maxval(abs(finest%nodes(v_x:v_z, :, :, :, :size(finest%blocks))))
       end associate
-      most = model%communicator%maximum(most)
       may_hold = model%communicator%maximum(closing) > against*most
    end function may_hold
 
