@@ -72,7 +72,7 @@ contains
       call say_work(facts, scene, model, course, cost%particle_steps)
       call say_conservation(facts, scene, model, balance)
       call say_work_done(facts, scene, model, balance)
-      call warn_of_balance(facts, scene, balance, quiet(model, balance))
+      call warn_of_balance(facts, scene, model, balance)
       call say_effects(facts, model, balance)
       call say_contact(facts, console, model, balance, course)
       if (.not. error%happened()) call say_stress_error(facts, model)
@@ -295,7 +295,7 @@ contains
          text = text//', domain=''corners'''
    end function remedy
 
-   !> Energies that are round-off: nothing has moved, J.
+   !> Energies that are round-off, which are not judged: nothing has moved, J.
    pure real(wp) function quiet(model, balance)
       type(model_t), intent(in) :: model
       type(balance_t), intent(in) :: balance
@@ -303,16 +303,20 @@ contains
    end function quiet
 
    !> Energy that has come from nowhere, or gone, to an extent that matters.
-   subroutine warn_of_balance(facts, scene, balance, quiet)
+   subroutine warn_of_balance(facts, scene, model, balance)
       type(facts_t), intent(inout) :: facts
       type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(balance_t), intent(in) :: balance
-      real(wp), intent(in) :: quiet !< energies below this are not judged, J
       character(len=:), allocatable :: text
-      if (.not. balance%worst > max(notable*balance%largest, quiet)) return
+      if (.not. balance%worst > max(notable*balance%largest, quiet(model, balance)) &
+          + model%static_doubt) return
       text = 'WARNING: energy '//trim(merge('from nowhere', 'lost        ', balance%excess() > 0.0_wp))// &
              ': up to '//si(balance%worst, 'J')//percent(balance%worst, balance%largest)//' of the largest'
-      if (balance%excess() > 0.0_wp) then
+      if (model%static_doubt > 0.0_wp) then
+         text = text//', of which '//si(model%static_doubt, 'J')//' may come of the length of the steps'// &
+                most_work(model)//'; '//remedy(scene)//', a smaller step'
+      else if (balance%excess() > 0.0_wp) then
          text = text//'; '//remedy(scene)//', a smaller safety'
          if (scene%time%stress_update == update_usf) text = text//', stress_update=''usl'''
       else
@@ -323,6 +327,18 @@ contains
       end if
       call facts%say(text)
    end subroutine warn_of_balance
+
+   !> Which tool has done most of the work.
+   function most_work(model) result(text)
+      type(model_t), intent(in) :: model
+      character(len=:), allocatable :: text
+      integer :: t
+      text = ''
+      if (size(model%contact%states) == 0) return
+      t = maxloc(abs(model%contact%states%work), dim=1)
+      text = '; the contact with most work, '//si(model%contact%states(t)%work, 'J')//', is that of tool '// &
+             trim(model%contact%tools(t)%spec%name)
+   end function most_work
 
    !> A share in words; nothing where there is nothing to share.
    function percent(part, whole) result(text)

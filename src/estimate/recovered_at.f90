@@ -11,7 +11,7 @@ module m_recovered_at
    use m_edge, only: edge_t, take_means, patch_last
    use m_boundary, only: mirror_means, motion_parity, stress_parity
    use m_stress_recovery, only: make_means
-   use m_recovered_stress, only: give, take, members_of, chosen
+   use m_recovered_stress, only: give, take, members_of, chosen, mirrors_of
    implicit none
    private
    public :: recover_stress_at
@@ -101,7 +101,7 @@ contains
             if (any(a > z)) cycle
             members = members_of(level%blocks(b), body, low, high)
             if (members%count == 0) cycle
-            call give(level, b, members, tiles%places, tiles%stresses)
+            call give(level, mirrors_of(model, l), b, members, tiles%places, tiles%stresses)
             slot = 1 + dot_product(modulo(level%blocks(b)%place, 2), [1, 2, 4])
             associate (part => parts(:, a(1):z(1), a(2):z(2), a(3):z(3), :, slot), f => a - first, &
                        t => z - first)
@@ -213,8 +213,8 @@ contains
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, place(3)
       type(tiles_t), intent(inout) :: tiles
-      call mirror_means(model%levels(l)%grid, place, tiles%places, motion_parity)
-      call mirror_means(model%levels(l)%grid, place, tiles%stresses, stress_parity)
+      call mirror_means(mirrors_of(model, l), place, tiles%places, motion_parity)
+      call mirror_means(mirrors_of(model, l), place, tiles%stresses, stress_parity)
    end subroutine mirror
 
 end module m_recovered_at

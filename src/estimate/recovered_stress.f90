@@ -2,6 +2,9 @@
 module m_recovered_stress
    use m_kinds, only: wp
    use m_constants, only: block_size
+   use m_scene, only: boundary_symmetry, boundary_roller
+   use m_gravity, only: gravity_t
+   use m_grid_level, only: grid_level_t
    use m_model, only: model_t
    use m_level, only: level_t
    use m_block, only: block_t
@@ -14,7 +17,8 @@ module m_recovered_stress
    use m_composite_means, only: add_from_finer, take_from_coarser
    implicit none
    private
-   public :: block_stress_t, level_stress_t, recover_stress, give, take, members_of, chosen
+   public :: block_stress_t, level_stress_t, recover_stress, give, take, members_of, chosen, &
+             mirrors_of
 
    !> The recovered stress of the particles of a block.
    type :: block_stress_t
@@ -73,8 +77,8 @@ contains
       do l = size(model%levels), 1, -1
          associate (level => model%levels(l))
             do b = 1, size(level%blocks)
-               call give(level, b, members_of(level%blocks(b), body), places(l)%tiles(:, :, :, :, b), &
-                         stresses(l)%tiles(:, :, :, :, b))
+               call give(level, mirrors_of(model, l), b, members_of(level%blocks(b), body), &
+                         places(l)%tiles(:, :, :, :, b), stresses(l)%tiles(:, :, :, :, b))
             end do
             if (l < size(model%levels)) then
                associate (composite => model%composite(l + 1), finer => model%levels(l + 1))
@@ -111,22 +115,50 @@ contains
          end do
          if (l > 1) call take_from_coarser(model%composite(l), model%communicator, pools(l - 1)%tiles, tiles)
          do b = 1, size(level%blocks)
-            call mirror_means(level%grid, level%blocks(b)%place, tiles(:, :, :, :, b), parity)
+            call mirror_means(mirrors_of(model, l), level%blocks(b)%place, tiles(:, :, :, :, b), parity)
          end do
       end associate
    end subroutine set_means
 
+   !> A level's grid as the stress sees its sides: where gravity acts across a plane of symmetry, it is no
+   !> mirror image on its other side, but a floor.
+   pure function mirrors_of(model, l) result(grid)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l
+      type(grid_level_t) :: grid
+      integer :: axis, e
+      grid = model%levels(l)%grid
+      do e = 1, size(model%effects)
+         select type (effect => model%effects(e)%effect)
+         type is (gravity_t)
+            do axis = 1, 3
+               if (.not. abs(effect%field(axis)) > 0.0_wp) cycle
+               where (grid%boundary(:, axis) == boundary_symmetry) grid%boundary(:, axis) = boundary_roller
+            end do
+         end select
+      end do
+   end function mirrors_of
+
    !> What a block's members give to its own tiles, folded back at symmetry planes.
-   subroutine give(level, b, members, places, stresses)
+   subroutine give(level, mirrors, b, members, places, stresses)
       type(level_t), intent(in) :: level
+      type(grid_level_t), intent(in) :: mirrors !< mirrors_of the level
       integer, intent(in) :: b
       type(cell_list_t), intent(in) :: members
       real(wp), intent(inout), contiguous :: places(:, :, :, :), stresses(:, :, :, :)
+      integer :: axis, side, sides(2, 3)
       associate (block => level%blocks(b))
-         call give_stress(members, block%particles%column, level%layout, frame_of(level, block), places, &
-                          stresses)
-         call fold_symmetry(level%grid, block%place, places, motion_parity)
-         call fold_symmetry(level%grid, block%place, stresses, stress_parity)
+         sides = -1
+         do axis = 1, 3
+            do side = 1, 2
+               if (mirrors%boundary(side, axis) /= boundary_symmetry) &
+                  sides(side, axis) = mirrors%plane(block%place, side, axis)
+            end do
+         end do
+         call give_stress(members, block%particles%column, level%layout, frame_of(level, block), sides, &
+                          places, stresses)
+         call fold_symmetry(mirrors, block%place, places, motion_parity)
+         call fold_symmetry(mirrors, block%place, stresses, stress_parity)
       end associate
    end subroutine give
 

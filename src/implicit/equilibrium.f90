@@ -30,6 +30,7 @@ module m_equilibrium
       logical :: wants_log = .false.
    contains
       procedure :: solve
+      procedure, private :: prepare
       procedure, private :: step_along
       procedure, private :: is_sound
       procedure, private :: worst_gap
@@ -53,24 +54,13 @@ contains
       real(wp), allocatable :: force(:), change(:), rub(:, :), pressing(:)
       real(wp) :: residual, gap, cell, best
       integer :: best_at, n
-      logical :: there
       associate (system => self%system, unknowns => self%system%size())
          cell = system%model%levels(size(system%levels))%grid%cell
-         if (allocated(self%z)) deallocate (self%z, self%left)
-         allocate (self%z(unknowns), self%left(unknowns), source=0.0_wp)
          allocate (force(unknowns), change(unknowns), pressing(system%contact%count), &
                    rub(3, system%contact%count))
-         there = system%model%communicator%minimum(merge(1.0_wp, 0.0_wp, size(self%z) &
-            == self%linear%krylov%size())) > 0.5_wp
-         call self%linear%krylov%fit(system%model%communicator%comm%MPI_VAL, unknowns, there, &
-                                     self%linear%elements%wanted)
-         self%newton = 0
-         call self%linear%begin()
+         call self%prepare()
          best = huge(best)
          best_at = 0
-         self%log = ''
-         self%outcome = no_convergence
-         self%z = system%guess
          call system%evaluate(self%z, force, self%verdict)
          if (.not. self%is_sound()) then
             self%z = 0.0_wp
@@ -111,6 +101,25 @@ contains
          end do
       end associate
    end subroutine solve
+
+   !> Collective: room for the unknowns, which begin as guessed; nothing is counted yet.
+   subroutine prepare(self)
+      class(equilibrium_t), intent(inout) :: self
+      logical :: there
+      associate (system => self%system, unknowns => self%system%size())
+         if (allocated(self%z)) deallocate (self%z, self%left)
+         allocate (self%z(unknowns), self%left(unknowns), source=0.0_wp)
+         there = system%model%communicator%minimum(merge(1.0_wp, 0.0_wp, size(self%z) &
+            == self%linear%krylov%size())) > 0.5_wp
+         call self%linear%krylov%fit(system%model%communicator%comm%MPI_VAL, unknowns, there, &
+                                     self%linear%elements%wanted)
+         call self%linear%begin()
+         self%newton = 0
+         self%log = ''
+         self%outcome = no_convergence
+         self%z = system%guess
+      end associate
+   end subroutine prepare
 
    !> Collective: largest distance from what contact asks for: no gap beyond the yielding of pressed points,
    !> none below 0, no slip beyond what friction gives way, m.

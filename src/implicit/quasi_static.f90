@@ -18,7 +18,7 @@ module m_quasi_static
    use m_advance, only: migrate
    use m_trial_state, only: relaxation
    use m_equilibrium, only: equilibrium_t, found, too_far, called_off, not_held
-   use m_static_loads, only: find_contact, book_contact
+   use m_static_loads, only: find_contact, book_contact, any_friction
    use m_static_levels, only: longest_way, spread_aside
    use m_contact_complaints, only: forbid_contact
    use m_move_regions, only: move_regions, forget_edge_stress
@@ -248,6 +248,7 @@ contains
       logical, intent(out) :: done
       call self%equilibrium%system%contact%tools%begin(model%contact%tools, model%time, time_step, &
                                                        self%spec%ramp)
+      self%equilibrium%system%contact%rubs = any_friction(model)
       self%equilibrium%system%goes_on = self%spec%has_inertia() .or. &
                                         (self%equilibrium%system%contact%rubs .and. .not. self%failed_before)
       call self%equilibrium%system%begin(model, model%time, time_step, self%spec%stabilisation)
@@ -276,6 +277,7 @@ contains
       model%bounds = bounds_t()
       model%last_step = 0.0_wp ! places and velocities are of one time
       call book_contact(self%equilibrium%system%contact, model, time_step, self%spec%has_inertia())
+      model%static_doubt = model%static_doubt + self%equilibrium%system%doubt(self%equilibrium%z)
       if (self%spec%has_inertia()) then
          associate (it => self%equilibrium)
             call spread_aside(it%system%levels, model, it%system%inertia%mean_acceleration(it%z, time_step))

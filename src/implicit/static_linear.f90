@@ -17,7 +17,7 @@ module m_static_linear
       integer :: unsolved = 0             !< linear problems of this step that were not
       logical :: stopped = .false.        !< the system has asked to stop
       integer :: unsettled = 0            !< iterations of this step whose points did not settle
-      integer(i8) :: cg_solved = 0        !< linear problems that conjugate gradients have solved,
+      integer(i8) :: cg_solved = 0        !< those of this step that conjugate gradients have solved,
       integer(i8) :: cg_iterations = 0    !< and what they took for them
       logical :: gmres_leads = .false.    !< in this step it has solved what conjugate gradients did not
    contains
@@ -33,6 +33,7 @@ module m_static_linear
    integer, parameter :: swift = 6 !< guesses: those after them change the bounds of friction less and less
    integer, parameter :: most_products = 4000 !< in one problem, by conjugate gradients
    integer, parameter :: most_gmres = 600     !< by GMRES
+   integer, parameter :: first_patience = 1000 !< with conjugate gradients in the first problem of a step;
    integer, parameter :: patience = 5         !< with conjugate gradients: times the mean of the problems that
                                               !< they have solved,
    integer, parameter :: least_patience = 300 !< and at least
@@ -50,6 +51,8 @@ contains
       self%unsettled = 0
       self%stopped = .false.
       self%gmres_leads = .false.
+      self%cg_solved = 0 ! what other steps took would not be known after a restart
+      self%cg_iterations = 0
       self%has_elements = .false.
    end subroutine begin
 
@@ -248,7 +251,7 @@ contains
       end if
       system%presses = .true.
       self%solves = self%solves + 1
-      patient = most_products
+      patient = first_patience
       if (self%cg_solved > 0) patient = min(most_products, max(least_patience, &
                                                            int(patience*self%cg_iterations/self%cg_solved)))
       solved = .false.

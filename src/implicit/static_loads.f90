@@ -11,7 +11,7 @@ module m_static_loads
    use m_tool_reactions, only: reaction_t, add_up
    implicit none
    private
-   public :: find_contact, book_contact
+   public :: find_contact, book_contact, any_friction
 
    integer, parameter :: most_looks = 50        !< for where a tool touches
    real(wp), parameter :: reach = 1.0_wp        !< cells: no point comes to a tool from further away in a step
@@ -30,8 +30,6 @@ contains
       logical, intent(in) :: again
       real(wp) :: gap
       integer :: t, try
-      contact%rubs = any([(has_friction(contact%tools%now(t)%spec%friction), t=1, size(contact%tools%now))]) &
-                     .or. model%contact%pairs%rubs()
       contact%pair_specs = model%contact%pairs%specs
       do t = 1, size(contact%tools%now)
          if (.not. contact%tools%is_driven(t) .or. contact%tools%away(t)) cycle
@@ -51,6 +49,14 @@ contains
                                      model%contact%pairs, model%time + time_step, compliance, again)
       end associate
    end subroutine find_contact
+
+   !> True when some tool or pair of the model has friction.
+   pure logical function any_friction(model)
+      type(model_t), intent(in) :: model
+      integer :: t
+      any_friction = any([(has_friction(model%contact%tools(t)%spec%friction), &
+                           t=1, size(model%contact%tools))]) .or. model%contact%pairs%rubs()
+   end function any_friction
 
    !> Collective: true of a tool that pressed something in the last step.
    logical function presses(model, t)
@@ -100,7 +106,7 @@ contains
       real(wp), intent(in) :: time_step !< s
       logical, intent(in) :: over_step  !< loads are means over the step
       type(reaction_t) :: reactions(size(contact%tools%now))
-      real(wp) :: load(3), moment(3)
+      real(wp) :: load(3), moment(3), change
       integer :: t
       if (.not. model%contact%active()) return
       call keep_pressures(contact, model)
@@ -115,9 +121,11 @@ contains
             tool = contact%tools%now(t)
             call state%book(reactions(t), tool, [0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp], time_step)
             if (over_step) cycle
-            state%work = state%work + 0.5_wp*time_step*dot_product(state%load - load, tool%velocity)
+            change = 0.5_wp*time_step*dot_product(state%load - load, tool%velocity)
             if (tool%pivot > 0) &
-               state%work = state%work + 0.5_wp*time_step*dot_product(state%moment - moment, tool%spin)
+               change = change + 0.5_wp*time_step*dot_product(state%moment - moment, tool%spin)
+            state%work = state%work + change
+            model%static_doubt = model%static_doubt + abs(change)
          end associate
       end do
       if (model%contact%pairs%active()) &

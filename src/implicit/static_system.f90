@@ -19,7 +19,7 @@ module m_static_system
    use m_static_means, only: take_trial_gradients, push_nodes
    use m_static_ways, only: rigid_motion_t, motion_of_body, may_hold
    use m_called_off, only: called_off_t
-   use m_trial_state, only: verdict_t
+   use m_trial_state, only: verdict_t, sum_of_squares
    implicit none
    private
    public :: static_system_t
@@ -32,6 +32,7 @@ module m_static_system
       type(static_contact_t) :: contact
       type(static_inertia_t) :: inertia
       real(wp), allocatable :: load(:)               !< (unknowns): of effects at the step's end, N
+      real(wp), allocatable :: load_before(:)        !< the same of its beginning, that were in balance
       real(wp), allocatable :: diagonal(:)           !< (unknowns): of the stiffness, N/m
       real(wp), allocatable :: bare(:)               !< the same without pressed points
       real(wp), allocatable :: guess(:)              !< (unknowns): where Newton's method begins, m
@@ -62,6 +63,7 @@ module m_static_system
       procedure, private :: resist
       procedure, private :: give_ways
       procedure, private :: total
+      procedure :: doubt
       procedure :: dot
       procedure :: is_to_stop
       procedure :: is_called_off
@@ -95,7 +97,8 @@ contains
       call model%timers%enter(self%residual_row)
       call find_ghost(self%levels, model, stabilisation, time_step)
       if (any(model%effect_step%adds_forces) .or. time < self%ramp .or. self%inertia%acts) then
-         call self%hold_loads(time, number=self%inertia%acts, stress=self%inertia%acts)
+         call self%hold_loads(time, number=.true., stress=self%inertia%acts)
+         self%load_before = self%load
          if (self%inertia%acts) call self%inertia%begin(self%levels, model, time_step, &
                                                         self%guess/time_step, self%load)
          do l = 1, size(model%effect_step)
@@ -107,7 +110,9 @@ contains
          end do
       else
          call self%hold_loads(time + time_step, number=.true., stress=.false.)
+         self%load_before = self%load
       end if
+      if (model%step == 0) self%load_before = 0.0_wp ! all comes at once
       associate (tools => self%contact%tools)
          if (self%extra > 0) self%load(self%nodal + 1:) = &
             merge(0.0_wp, tools%load, tools%away(tools%tool))
@@ -214,16 +219,6 @@ contains
                           no_force*stiffest(model)*finest%grid%cell**2)
       end associate
    end subroutine evaluate
-
-   !> Of forces, over the volumes of their particles.
-   pure real(wp) function sum_of_squares(force, volume) result(squares)
-      real(wp), intent(in) :: force(:, :), volume(:) !< N m; m3
-      integer :: c
-      squares = 0.0_wp
-      do c = 1, 9
-         squares = squares + sum(force(:, c)**2/volume)
-      end do
-   end function sum_of_squares
 
    !> Collective: tangents and diagonal about the displacements that were evaluated last.
    subroutine linearise(self)
@@ -411,6 +406,27 @@ contains
       self%asked = nint(self%model%communicator%maximum(real(self%called_off%asks(), wp)))
       is_called_off = self%asked > 0
    end function is_called_off
+
+   !> Collective: by how much the books of the step may be off, J: the work of effects' loads is that of the
+   !> mean of both ends, as if they grew along the way, and what the ghost penalty takes is in none of them.
+   real(wp) function doubt(self, z)
+      class(static_system_t), intent(inout) :: self
+      real(wp), intent(in) :: z(:) !< displacements, m
+      real(wp) :: held(size(z))
+      integer :: l
+      call self%set_motion(z)
+      call self%clear_forces()
+      do l = 1, size(self%levels)
+         call self%levels(l)%ghost%add_forces(self%model%levels(l)%nodes, 1.0_wp, self%levels(l)%forces)
+      end do
+      held = 0.0_wp
+      call collect(self%levels, self%model, motion_parity, held)
+      doubt = self%dot(held, z)
+      if (self%inertia%acts) return
+      held(:self%nodal) = self%load(:self%nodal) - self%load_before(:self%nodal)
+      held(self%nodal + 1:) = 0.0_wp
+      doubt = doubt + 0.5_wp*abs(self%dot(held, z))
+   end function doubt
 
    !> Collective: product of two vectors of unknowns.
    real(wp) function dot(self, a, b)

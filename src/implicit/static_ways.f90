@@ -126,7 +126,7 @@ contains
             associate (it => contact%list(n))
                if (it%barred) cycle
                u = contact%way(n, finest%nodes)
-               closing = max(closing, merge(norm2(u), -dot_product(it%normal, u), it%point%friction > 0.0_wp))
+               closing = max(closing, merge(norm2(u), -dot_product(it%normal, u), it%point%has_friction))
             end associate
          end do
       end associate

@@ -10,7 +10,7 @@ module m_trial_state
    use m_closed_tangent, only: closed_tangent
    implicit none
    private
-   public :: trial_block_t, verdict_t, relaxation, part_of_gradient
+   public :: trial_block_t, verdict_t, relaxation, part_of_gradient, sum_of_squares
 
    integer, parameter :: lanes = 64 !< particles at once: their columns stay in the nearest cache
    real(wp), parameter :: difference = 1.0e-7_wp !< of a component of the gradient
@@ -130,6 +130,16 @@ contains
          end do
       end do
    end subroutine linearise
+
+   !> Of forces, over the volumes of their particles.
+   pure real(wp) function sum_of_squares(force, volume) result(squares)
+      real(wp), intent(in) :: force(:, :), volume(:) !< N m; m3
+      integer :: c
+      squares = 0.0_wp
+      do c = 1, 9
+         squares = squares + sum(force(:, c)**2/volume)
+      end do
+   end function sum_of_squares
 
    !> By how much the stress of particles that stand still would change in a time, and how large it is: sums
    !> of squares over components and volumes, Pa2 m3.

@@ -33,11 +33,12 @@ contains
 
    !> Set a block's tiles to what its own particles give: volume (m3) and volume times their place from the
    !> node (m4); volume and volume times stress (J).
-   subroutine give_stress(cells, column, layout, frame, places, stresses)
+   subroutine give_stress(cells, column, layout, frame, sides, places, stresses)
       type(cell_list_t), intent(in) :: cells !< whose particles are gone through
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
+      integer, intent(in) :: sides(2, 3) !< planes of nodes at sides of the grid, in the tile; -1: none
       real(wp), intent(out), dimension(node_values, 0:tile_last, 0:tile_last, 0:tile_last) :: places, stresses
       type(shares_t) :: shares
       real(wp) :: volume
@@ -49,6 +50,7 @@ contains
          do m = 1, shares%count
             p = shares%member(m)
             volume = column(p, layout%volume)
+            call even_out(sides, shares%place(:, m), shares%offset(:, m), shares%share(:, m))
             do c = 0, 2
                do b = 0, 2
                   do a = 0, 2
@@ -68,6 +70,29 @@ contains
          end do
       end do
    end subroutine give_stress
+
+   !> At a side nodes are given as much by all that is in the cell beside it: what alternates in a cell has no
+   !> other cell there that it is averaged with.
+   pure subroutine even_out(sides, place, offset, share)
+      integer, intent(in) :: sides(2, 3), place(3) !< planes; lowest of the 27 nodes
+      real(wp), intent(in) :: offset(3)            !< cells from the node in the middle
+      real(wp), intent(inout) :: share(0:26)       !< x fastest
+      integer, parameter :: stride(3) = [1, 3, 9]
+      integer :: axis, b, c, first, layer, side
+      do axis = 1, 3
+         do side = 1, 2
+            layer = sides(side, axis) - place(axis)
+            if (sides(side, axis) < 0 .or. layer < 0 .or. layer > 2) cycle
+            if ((3 - 2*side)*(1.0_wp + offset(axis) - layer) >= 1.0_wp) cycle ! in another cell
+            do c = 0, 2
+               do b = 0, 2
+                  first = b*stride(1 + mod(axis, 3)) + c*stride(1 + mod(axis + 1, 3))
+                  share(first + layer*stride(axis)) = sum(share(first:first + 2*stride(axis):stride(axis)))
+               end do
+            end do
+         end do
+      end do
+   end subroutine even_out
 
    !> The recovered stress (Pa) of the particles that are gone through, from the nodes' means.
    subroutine take_stress(cells, column, layout, frame, places, stresses, stress)

@@ -70,6 +70,7 @@ module m_model
       logical :: has_inertia = .true. !< else velocities are displacements over steps, and bear no energy
       logical :: has_statics = .false. !< at some times there is no inertia
       real(wp) :: static_step = 0.0_wp !< of quasi-static steps, the next one, s; 0: not known yet
+      real(wp) :: static_doubt = 0.0_wp !< by which the books of implicit steps may be off since the start, J
       logical :: wants_sums = .false. !< histories will ask for the sums over all particles after the next
                                       !< step
       integer(i8) :: particle_steps = 0               !< particle updates on this rank so far

@@ -32,7 +32,7 @@ contains
       type(balance_t), intent(inout) :: balance
       type(error_t), intent(inout) :: error
       integer(i8) :: counts(5)
-      real(wp) :: clock(5), next(1)
+      real(wp) :: clock(5), next(2)
       real(wp), allocatable :: works(:, :)
       associate (comm => model%communicator)
          counts = [model%step, model%moves, comm%sum_count(model%merges), comm%sum_count(model%splits), &
@@ -52,9 +52,10 @@ contains
       model%lost = clock(4)
       model%last_step = clock(5)
       if (model%has_statics) then
-         next = model%static_step
+         next = [model%static_step, model%static_doubt]
          call store%reals('/state/static_step', next, error)
          model%static_step = next(1)
+         model%static_doubt = next(2)
       end if
       call describe_balance(store, balance, error)
       allocate (works(4, size(model%levels)))

@@ -1,9 +1,12 @@
 """Quasi-static steps against exact answers (theory.md, Quasi-static steps). usage: equilibrium.py (in an
 empty directory; GIMP3D is the program)"""
 
+from pathlib import Path
+
 import numpy as np
 
 from static_scenes import (
+    History,
     check,
     counts,
     finish,
@@ -131,6 +134,29 @@ def column():
         check(f"column of {cells} cells: Newton iterations a step", counts(log)[1], 3)
 
 
+def floors():
+    """A column under its own weight: recovered stress, which is linear in height, of the lowest particles
+    beside sides of each kind."""
+    for side in ("symmetry", "roller", "fixed"):
+        for domain in ("stretch", "corners"):
+            run(
+                "&scene title='floor', end_time=1 /\n&grid lower=0,0,0, upper=2,2,8, cell_size=1,\n"
+                f"boundary='symmetry','symmetry','symmetry','symmetry','{side}','free' /\n"
+                "&material name='m', model='elastic', density=100, young=1e9, poisson=0 /\n"
+                "&body material='m', shape='box', lower=0,0,0, upper=2,2,6 /\n"
+                f"&gravity acceleration=0,0,-10 /\n&time domain='{domain}' /\n"
+                "&probe name='low', position=0.25,0.25,0.25 /\n"
+                "&probe name='next', position=0.25,0.25,0.75 /\n"
+                "&quasi_static step=1, max_step=1 /\n&output directory='floor' /\n",
+                1,
+            )
+            for name in ("low", "next"):
+                history = History(Path("floor", f"probe_{name}.dat"))
+                exact = -1000 * (6 - history["z"][-1])
+                off = history["stress_recovered_zz"][-1] / exact - 1
+                check(f"floor, {side}, {domain}, {name}: recovered stress, relative", off, 1e-3)
+
+
 def ball(title, tip, times, speeds, more=""):
     return (
         f"&scene title='{title}', end_time=2 /\n"
@@ -205,6 +231,7 @@ if __name__ == "__main__":
     patch()
     plate()
     column()
+    floors()
     tools_that_leave()
     changes()
     finish()
