@@ -138,10 +138,7 @@ contains
             call find_face(r, normal, level%grid%cell, .true., norm2(matmul(normal, r)), to_face, span)
             c%area = column(p, at%volume)/thickness
          else
-            r = 0.0_wp
-            do k = 1, 3
-               r(k, k) = 0.5_wp*edge
-            end do
+            r = 0.5_wp*edge*reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
             call find_face(r, normal, level%grid%cell, .true., 0.5_wp*edge*min(1.0_wp, thickness/edge &
                                                                               + flattening), to_face, span)
             c%area = edge**2
@@ -318,21 +315,14 @@ contains
    subroutine curve(self, cell)
       class(static_contact_t), intent(inout) :: self
       real(wp), intent(in) :: cell !< m
-      real(wp) :: place(3), aside(3), gap, ahead(3), behind(3), most
-      integer :: k, n
+      real(wp) :: most
+      integer :: n
       do n = 1, self%count
          associate (it => self%list(n))
             it%turning = 0.0_wp
             if (.not. it%force > 0.0_wp .or. it%point%tool == 0) cycle
-            place = it%place + it%depth*it%normal
-            do k = 1, 3
-               aside = 0.0_wp
-               aside(k) = probe*cell
-               call self%tools%gap_and_normal(it%point%tool, place + aside, it%outward, gap, ahead)
-               call self%tools%gap_and_normal(it%point%tool, place - aside, it%outward, gap, behind)
-               it%turning(:, k) = (ahead - behind)/(2.0_wp*probe*cell)
-            end do
-            it%turning = 0.5_wp*(it%turning + transpose(it%turning))
+            it%turning = self%tools%turning_at(it%point%tool, it%place + it%depth*it%normal, it%outward, &
+                                               probe*cell)
             most = 1.0_wp/cell
             if (it%depth > 0.0_wp .and. it%gap > -0.5_wp*it%depth) &
                most = max(most, sharpest/(it%gap + it%depth))

@@ -26,6 +26,7 @@ module m_static_tools
       procedure :: shift
       procedure :: gap_and_normal
       procedure :: outward_at
+      procedure :: turning_at
       procedure :: material_way
       procedure :: way_at
       procedure :: slides_at
@@ -127,6 +128,23 @@ contains
       call self%now(t)%gap_and_normal(place, gap, outward)
       if (gap < 0.0_wp) call self%before(t)%gap_and_normal(place, gap, outward)
    end function outward_at
+
+   !> How the normal turns as a place moves, by differences over a span (m), 1/m.
+   pure function turning_at(self, t, place, outward, span) result(turning)
+      class(static_tools_t), intent(in) :: self
+      integer, intent(in) :: t
+      real(wp), intent(in) :: place(3), outward(3), span
+      real(wp) :: turning(3, 3), aside(3), gap, ahead(3), behind(3)
+      integer :: k
+      do k = 1, 3
+         aside = 0.0_wp
+         aside(k) = span
+         call self%gap_and_normal(t, place + aside, outward, gap, ahead)
+         call self%gap_and_normal(t, place - aside, outward, gap, behind)
+         turning(:, k) = (ahead - behind)/(2.0_wp*span)
+      end do
+      turning = 0.5_wp*(turning + transpose(turning))
+   end function turning_at
 
    !> True when its load moves a tool along its axis.
    pure logical function is_driven(self, t)
