@@ -136,7 +136,7 @@ $(build)/obj/%.o: %.f90 $(build)/flags
 	@echo "  compile  $<"
 	@$(compile) -c -o $@ $<
 
-$(build)/obj/%.o: %.F90 $(build)/flags
+$(build)/obj/%.o: %.F90 src/parallel/petsc_versions.h $(build)/flags
 	@mkdir -p $(@D) $(build)/mod
 	@echo "  compile  $<"
 	@$(petsc_compile) -c -o $@ $<

@@ -6,6 +6,7 @@
 !> searches to and fro where the start is good.
 module m_petsc_solver
 #include <petsc/finclude/petsctao.h>
+#include "../parallel/petsc_versions.h"
 #undef MPI_Comm
    use petsctao
    use m_kinds, only: wp, i8
@@ -172,7 +173,7 @@ contains
          PetscCallA(KSPSolve(self%ksp, self%right_side, self%change, ierr))
          PetscCallA(KSPGetConvergedReason(self%ksp, reason, ierr))
          iterations = iterations + 1
-         if (reason < 0) return
+         if (NUMBER_OF(reason) < 0) return
          PetscCallA(VecGetArrayF90(self%start, x, ierr))
          PetscCallA(VecGetArrayReadF90(self%change, change, ierr))
          x = max(0.0_wp, x + change)

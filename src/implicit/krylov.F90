@@ -4,6 +4,7 @@
 !> preconditioner.
 module m_krylov
 #include <petsc/finclude/petscksp.h>
+#include "../parallel/petsc_versions.h"
 #undef MPI_Comm
    use petscksp
    use m_kinds, only: wp
@@ -175,7 +176,7 @@ contains
       PetscCallA(KSPGetConvergedReason(solver, reason, ierr))
       PetscCallA(KSPGetIterationNumber(solver, its, ierr))
       products = its
-      solved = reason > 0
+      solved = NUMBER_OF(reason) > 0
       PetscCallA(VecGetArrayReadF90(self%solution, values, ierr))
       x = values
       PetscCallA(VecRestoreArrayReadF90(self%solution, values, ierr))

@@ -2,6 +2,7 @@
 !> hold the motions of a rigid body. Options of PETSc with the prefix -quasi_static_multigrid_ change it.
 module m_multigrid
 #include <petsc/finclude/petscksp.h>
+#include "../parallel/petsc_versions.h"
 #undef MPI_Comm
    use petscksp
    use m_kinds, only: wp
@@ -41,8 +42,8 @@ contains
       PetscCallA(MatSetSizes(self%matrix, n, n, PETSC_DETERMINE, PETSC_DETERMINE, ierr))
       PetscCallA(MatSetBlockSize(self%matrix, 3, ierr))
       PetscCallA(MatSetType(self%matrix, MATAIJ, ierr))
-      PetscCallA(MatSeqAIJSetPreallocation(self%matrix, m, PETSC_NULL_INTEGER, ierr))
-      PetscCallA(MatMPIAIJSetPreallocation(self%matrix, m, PETSC_NULL_INTEGER, m, PETSC_NULL_INTEGER, ierr))
+      PetscCallA(MatSeqAIJSetPreallocation(self%matrix, m, PETSC_NULL_INTEGER_ARRAY, ierr))
+      PetscCallA(MatMPIAIJSetPreallocation(self%matrix, m, PETSC_NULL_INTEGER_ARRAY, m, PETSC_NULL_INTEGER_ARRAY, ierr))
       PetscCallA(MatSetOption(self%matrix, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_FALSE, ierr))
       PetscCallA(MatSetOption(self%matrix, MAT_SYMMETRIC, PETSC_TRUE, ierr))
       self%made = .true.

@@ -46,7 +46,7 @@ contains
       type(level_t), intent(inout) :: level
       type(grid_spec_t), intent(in) :: spec
       real(wp), intent(in) :: values(:, :) !< (particles, columns)
-      integer :: p
+      integer :: p, slot
       level%grid = make_grid_level(spec)
       allocate (level%owner(level%grid%block_count()), source=-1)
       do p = 1, size(values, 1)
@@ -54,7 +54,8 @@ contains
       end do
       call settle_blocks(level, 0)
       do p = 1, size(values, 1)
-         associate (block => level%blocks(level%slot_at(place_of(p), 1)), x => level%layout%position)
+         slot = level%slot_at(place_of(p), 1)
+         associate (block => level%blocks(slot), x => level%layout%position)
             call block%reserve(block%particles%count + 1, level%table%columns)
             call block%particles%append(values(p, :), int(p, i8), 1_i4)
             block%cells%bin(block%particles%count) = bin_of(values(p, x:x + 2), frame_of(level, block))

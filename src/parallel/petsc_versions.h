@@ -1,0 +1,13 @@
+! Where versions of PETSc differ, 3.18 to 3.26: a source includes this behind PETSc's own headers.
+
+! No list of integers.
+#if PETSC_VERSION_LT(3,22,0)
+#define PETSC_NULL_INTEGER_ARRAY PETSC_NULL_INTEGER
+#endif
+
+! Why a solver ended, as a number: below 0 where it failed.
+#if PETSC_VERSION_LT(3,23,0)
+#define NUMBER_OF(reason) reason
+#else
+#define NUMBER_OF(reason) reason%v
+#endif
