@@ -103,8 +103,8 @@ contains
       patch%squares = sorted_in_squares(patch%points, cell)
       associate (points => patch%points, squares => patch%squares)
          patch%in_contact = closed_points(points, squares, cell)
-         patch%in_contact = patch%in_contact .or. bearing_at_ridge(points, squares, patch%in_contact, cell)
-         patch%in_contact = patch%in_contact .or. surrounded(points, squares, patch%in_contact, around*cell)
+         where (bearing_at_ridge(points, squares, patch%in_contact, cell)) patch%in_contact = .true.
+         where (surrounded(points, squares, patch%in_contact, around*cell)) patch%in_contact = .true.
       end associate
    end function patch_of
 

@@ -82,17 +82,20 @@ contains
       logical, intent(inout) :: chosen(:, :, :)
       integer :: n(3)
       n = shape(chosen)
-      if (low(1) == 0 .and. n(1) > 1) chosen(1, :, :) = chosen(1, :, :) .or. chosen(2, :, :)
-      if (low(2) == 0 .and. n(2) > 1) chosen(:, 1, :) = chosen(:, 1, :) .or. chosen(:, 2, :)
-      if (low(3) == 0 .and. n(3) > 1) chosen(:, :, 1) = chosen(:, :, 1) .or. chosen(:, :, 2)
+      if (low(1) == 0 .and. n(1) > 1) call join(chosen(1, :, :), chosen(2, :, :))
+      if (low(2) == 0 .and. n(2) > 1) call join(chosen(:, 1, :), chosen(:, 2, :))
+      if (low(3) == 0 .and. n(3) > 1) call join(chosen(:, :, 1), chosen(:, :, 2))
       associate (last => grid%cells/2 - low)
-         if (n(1) == last(1) .and. n(1) > 1) &
-            chosen(n(1), :, :) = chosen(n(1), :, :) .or. chosen(n(1) - 1, :, :)
-         if (n(2) == last(2) .and. n(2) > 1) &
-            chosen(:, n(2), :) = chosen(:, n(2), :) .or. chosen(:, n(2) - 1, :)
-         if (n(3) == last(3) .and. n(3) > 1) &
-            chosen(:, :, n(3)) = chosen(:, :, n(3)) .or. chosen(:, :, n(3) - 1)
+         if (n(1) == last(1) .and. n(1) > 1) call join(chosen(n(1), :, :), chosen(n(1) - 1, :, :))
+         if (n(2) == last(2) .and. n(2) > 1) call join(chosen(:, n(2), :), chosen(:, n(2) - 1, :))
+         if (n(3) == last(3) .and. n(3) > 1) call join(chosen(:, :, n(3)), chosen(:, :, n(3) - 1))
       end associate
+   contains
+      pure subroutine join(cells, inner)
+         logical, intent(inout) :: cells(:, :)
+         logical, intent(in) :: inner(:, :)
+         where (inner) cells = .true.
+      end subroutine join
    end subroutine leave_no_strip
 
    !> The first cell of the level above (from 0) of a region that is not well inside the region of that level;

@@ -114,11 +114,13 @@ contains
       do l = size(marks), 1, -1
          associate (it => marks(l))
             chosen(l)%of = it%touched
-            if (any(it%error >= max(least, it%least) .and. it%error > 0.0_wp)) &
-               chosen(l)%of = chosen(l)%of .or. &
-               spread_out(it%error >= max(least, it%least) .and. it%error > 0.0_wp) .and. it%may
-            if (l < size(marks)) chosen(l)%of = chosen(l)%of .or. &
-                                                above_cells(chosen(l + 1)%of, shape(it%touched))
+            if (any(it%error >= max(least, it%least) .and. it%error > 0.0_wp)) then
+               where (spread_out(it%error >= max(least, it%least) .and. it%error > 0.0_wp) .and. it%may) &
+                  chosen(l)%of = .true.
+            end if
+            if (l < size(marks)) then
+               where (above_cells(chosen(l + 1)%of, shape(it%touched))) chosen(l)%of = .true.
+            end if
             chosen(l)%of = closed(grids(l), chosen(l)%of)
          end associate
       end do
@@ -175,8 +177,10 @@ contains
       integer :: l
       do l = size(regions), 1, -1
          cells = chosen(l)%of
-         if (l < size(regions)) &
-            cells = closed(grids(l), cells .or. needed_above(regions(l + 1), shape(cells)))
+         if (l < size(regions)) then
+            where (needed_above(regions(l + 1), shape(cells))) cells = .true.
+            cells = closed(grids(l), cells)
+         end if
          if (.not. any(cells)) then
             if (.not. any(marks(l)%error > 0.0_wp)) cycle
             cells = closed(grids(l), spread_out(only(maxloc(marks(l)%error), shape(cells))) .and. &
@@ -200,11 +204,13 @@ contains
    !> Some cells and those around them.
    pure function spread_out(cells) result(more)
       logical, intent(in) :: cells(:, :, :)
-      logical :: more(size(cells, 1), size(cells, 2), size(cells, 3))
+      logical, dimension(size(cells, 1), size(cells, 2), size(cells, 3)) :: more, before
       integer :: axis
       more = cells
       do axis = 1, 3
-         more = more .or. eoshift(more, 1, dim=axis) .or. eoshift(more, -1, dim=axis)
+         before = more
+         where (eoshift(before, 1, dim=axis)) more = .true.
+         where (eoshift(before, -1, dim=axis)) more = .true.
       end do
    end function spread_out
 

@@ -97,7 +97,7 @@ contains
       self%on_gradient = pack([(e, e=1, size(effects))], hooks%on_gradient)
       self%on_stress = pack([(e, e=1, size(effects))], hooks%on_stress)
       self%kind = merge(dissipated, external, hooks%dissipates)
-      self%adds_forces = any(hooks%acceleration .or. hooks%add_forces)
+      self%adds_forces = any(hooks%acceleration) .or. any(hooks%add_forces)
       self%acts_at_rest = any(hooks%acts_at_rest)
       self%erodes = any(hooks%erodes)
       self%acts_on_nodes = self%adds_forces .or. any(hooks%on_nodes)

@@ -80,7 +80,9 @@ contains
                end do
             end do
          end if
-         if (l < size(self%levels)) cells = cells .or. needed_above(self%levels(l + 1)%region, n)
+         if (l < size(self%levels)) then
+            where (needed_above(self%levels(l + 1)%region, n)) cells = .true.
+         end if
          region = make_region(self%levels(l)%grid, [0, 0, 0], closed(self%levels(l)%grid, cells))
       end associate
    end subroutine add_touched

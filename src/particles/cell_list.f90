@@ -214,12 +214,21 @@ contains
       logical, intent(in) :: nodes(0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       logical :: at(bins)
       logical :: x(block_size, 0:block_size + 1, 0:block_size + 1), &
-                 y(block_size, block_size, 0:block_size + 1)
-      associate (n => block_size)
-         x = nodes(:n - 1, :, :) .or. nodes(1:n, :, :) .or. nodes(2:, :, :)
-         y = x(:, :n - 1, :) .or. x(:, 1:n, :) .or. x(:, 2:, :)
-         at = reshape(y(:, :, :n - 1) .or. y(:, :, 1:n) .or. y(:, :, 2:), [bins])
-      end associate
+                 y(block_size, block_size, 0:block_size + 1), z(block_size, block_size, block_size)
+      integer :: n
+      x = .false.
+      y = .false.
+      z = .false.
+      do n = 0, 2
+         where (nodes(n:n + block_size - 1, :, :)) x = .true.
+      end do
+      do n = 0, 2
+         where (x(:, n:n + block_size - 1, :)) y = .true.
+      end do
+      do n = 0, 2
+         where (y(:, :, n:n + block_size - 1)) z = .true.
+      end do
+      at = reshape(z, [bins])
    end function bins_at
 
    !> The order in which the particles that are gone through, all of them, are in order: bin by bin, and in a

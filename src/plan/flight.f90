@@ -83,7 +83,7 @@ contains
             held(moment) = held(moment) + particles
             steps(moment) = steps(moment) + particles*level_steps(home)
          end do
-         entered = entered .or. here
+         where (here) entered = .true.
          if (moment*counts < n*moments) cycle
          call MPI_Allreduce(MPI_IN_PLACE, here, size(here), MPI_LOGICAL, MPI_LOR, model%communicator%comm)
          visited(n) = sum(block_steps, mask=here)
