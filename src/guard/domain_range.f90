@@ -9,7 +9,6 @@ module m_domain_range
    use m_sorting, only: sorted_order
    use m_scene, only: scene_t, domain_fixed, domain_corners, update_usl
    use m_body, only: first_id, lattice_extent
-   use m_plastic, only: plastic_t
    use m_split, only: is_whole, largest_tension
    use m_model, only: model_t
    use m_complaints, only: particle_text
@@ -40,7 +39,6 @@ module m_domain_range
    real(wp), parameter :: most_drawn = 0.25_wp !< strain to which cubes may be drawn out; then they leave
                                                !< gaps,
    real(wp), parameter :: most_drawn_mean = 0.1_wp  !< and with strain rates that are means of cells
-   real(wp), parameter :: hardly_plastic = 0.005_wp !< up to this plastic strain the stress tells the stretch
 
 contains
 
@@ -204,25 +202,15 @@ contains
       end associate
    end subroutine compare
 
-   !> How much longer a particle has become along a direction, as far as its fields tell; without end where
-   !> they do not.
+   !> How much longer a particle has become along a direction, as far as its fields tell; huge where they do
+   !> not.
    real(wp) function stretch_along(model, values, body, direction) result(stretch)
       type(model_t), intent(in) :: model
       real(wp), intent(in) :: values(:)    !< the particle's columns
       integer, intent(in) :: body          !< its body
       real(wp), intent(in) :: direction(3) !< unit vector
-      associate (layout => model%levels(1)%layout)
-         select type (law => model%materials%slots(model%materials%of_body(body))%law)
-         class is (plastic_t)
-            stretch = huge(1.0_wp)
-            if (law%shape > 0) then
-               stretch = law%stretch(values, layout, direction)
-            else if (values(law%strain) <= hardly_plastic) then
-               stretch = law%elastic_t%stretch(values, layout, direction)
-            end if
-         class default
-            stretch = law%stretch(values, layout, direction)
-         end select
+      associate (law => model%materials%slots(model%materials%of_body(body))%law)
+         stretch = law%stretch(values, model%levels(1)%layout, direction)
       end associate
    end function stretch_along
 

@@ -260,13 +260,14 @@ contains
       strain = values(self%strain)
    end function equivalent_plastic_strain
 
-   !> sqrt(n . b . n). Only of a law declared where there are tools.
+   !> sqrt(n . b . n); huge, which says nothing, without tools.
    pure real(wp) function stretch(self, values, layout, direction)
       class(drucker_prager_t), intent(in) :: self
       real(wp), intent(in) :: values(:)
       type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: direction(3)
-      stretch = shape_stretch(values(self%shape:self%shape + 5), direction)
+      stretch = huge(1.0_wp)
+      if (self%shape > 0) stretch = shape_stretch(values(self%shape:self%shape + 5), direction)
    end function stretch
 
 end module m_drucker_prager

@@ -69,7 +69,7 @@ module m_material
       end function energy_interface
 
       !> How much thicker or thinner a particle has become across a face with this normal: current over first
-      !> thickness.
+      !> thickness. Huge where the particle's columns do not tell, which may be so in scenes without tools.
       pure real(wp) function stretch_interface(self, values, layout, direction)
          import :: material_t, layout_t, wp
          class(material_t), intent(in) :: self

@@ -327,15 +327,21 @@ contains
       if (self%strength > of_j2) strain = self%johnson_cook%equivalent_plastic_strain(values)
    end function equivalent_plastic_strain
 
-   !> As of the law of strength; without strength the same in all directions.
+   !> As of the law of strength, huge, which says nothing, without tools; without strength the same in all
+   !> directions.
    pure real(wp) function stretch(self, values, layout, direction)
       class(mie_grueneisen_t), intent(in) :: self
       real(wp), intent(in) :: values(:)
       type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: direction(3)
-      stretch = (values(layout%volume)*self%density/values(layout%mass))**(1.0_wp/3.0_wp)
-      if (self%strength == of_j2) stretch = self%j2%stretch(values, layout, direction)
-      if (self%strength > of_j2) stretch = self%johnson_cook%stretch(values, layout, direction)
+      stretch = huge(1.0_wp)
+      if (self%strength < of_j2) then
+         stretch = (values(layout%volume)*self%density/values(layout%mass))**(1.0_wp/3.0_wp)
+      else if (self%strength == of_j2) then
+         if (self%j2%shape > 0) stretch = self%j2%stretch(values, layout, direction)
+      else
+         if (self%johnson_cook%shape > 0) stretch = self%johnson_cook%stretch(values, layout, direction)
+      end if
    end function stretch
 
 end module m_mie_grueneisen

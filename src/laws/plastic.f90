@@ -12,6 +12,7 @@ module m_plastic
 
    integer, parameter :: lanes = 128 !< particles at once: what a law needs between its vector loops stays in
                                      !< the nearest cache
+   real(wp), parameter :: hardly_plastic = 0.005_wp !< up to this plastic strain the stress tells the stretch
 
    !> One step of up to `lanes` particles.
    type :: lane_t
@@ -213,14 +214,20 @@ contains
       strain = values(self%strain)
    end function equivalent_plastic_strain
 
-   !> sqrt(n . b . n), as of a neo-Hookean particle: elastic and plastic stretch together. Only of a law
-   !> declared where there are tools (`shape` above 0).
+   !> sqrt(n . b . n), as of a neo-Hookean particle: elastic and plastic stretch together. Without tools that of
+   !> the stress, as long as hardly anything has flowed; then huge, which says nothing.
    pure real(wp) function stretch(self, values, layout, direction)
       class(plastic_t), intent(in) :: self
       real(wp), intent(in) :: values(:)
       type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: direction(3)
-      stretch = shape_stretch(values(self%shape:self%shape + 5), direction)
+      if (self%shape > 0) then
+         stretch = shape_stretch(values(self%shape:self%shape + 5), direction)
+      else if (values(self%strain) <= hardly_plastic) then
+         stretch = self%elastic_t%stretch(values, layout, direction)
+      else
+         stretch = huge(1.0_wp)
+      end if
    end function stretch
 
    !> The largest principal value of b is no larger than a row of it (Gershgorin).

@@ -1,5 +1,5 @@
 !> Material laws against closed forms: turning, small strains, large strains, and that the stress is what the
-!> energy says.
+!> energy says; and laws whose columns do not tell how thick a particle is say so.
 program materials
    use m_kinds, only: wp
    use m_constants, only: pi
@@ -7,6 +7,11 @@ program materials
    use m_scene, only: scene_t
    use m_field_table, only: field_table_t, layout_t
    use m_isotropic, only: isotropic_t
+   use m_material, only: material_t
+   use m_maxwell, only: maxwell_t
+   use m_drucker_prager, only: drucker_prager_t
+   use m_mie_grueneisen, only: mie_grueneisen_t
+   use m_j2, only: j2_t
    use m_materials, only: materials_t, make_materials, material_of
    use m_deform, only: advance_volume, fastest
    use m_assertions, only: assertions_t
@@ -37,6 +42,7 @@ program materials
    call stress_power_elastic()
    call volumes()
    call only_its_own()
+   call thickness()
    call test%finish()
 
 contains
@@ -48,10 +54,7 @@ contains
       scene%materials(1) = material_of('one', 'elastic', 2710.0_wp, young, poisson)
       scene%materials(2) = material_of('two', 'neo_hookean', 2710.0_wp, young, poisson)
       laws = make_materials(scene)
-      call table%declare('mass', 1, 'kg', .true.)
-      call table%declare('volume', 1, 'm3', .true.)
-      call table%declare('stress', 6, 'Pa', .true.)
-      call table%declare('velocity', 3, 'm/s', .true.)
+      call declare_usual(table)
       call laws%slots(elastic)%law%declare(table, has_tools=.false.)
       call test%check_equal(table%columns, 11, 'the elastic law needs no field of its own')
       call laws%slots(neo_hookean)%law%declare(table, has_tools=.false.)
@@ -60,6 +63,15 @@ contains
       layout = table%layout()
       allocate (column(n, table%columns), gradient(n, 9))
    end subroutine make_laws
+
+   !> The fields of every level.
+   subroutine declare_usual(table)
+      type(field_table_t), intent(inout) :: table
+      call table%declare('mass', 1, 'kg', .true.)
+      call table%declare('volume', 1, 'm3', .true.)
+      call table%declare('stress', 6, 'Pa', .true.)
+      call table%declare('velocity', 3, 'm/s', .true.)
+   end subroutine declare_usual
 
    !> Undeformed, with volumes of about 1.
    subroutine reset()
@@ -405,5 +417,41 @@ contains
                                'no strain, no energy')
       end do
    end subroutine only_its_own
+
+   !> Laws that follow the shape of a particle only where there are tools: twice as long along x by their
+   !> columns, or nothing to tell. All other columns hold 0.09, which must not be read.
+   subroutine thickness()
+      type(maxwell_t) :: maxwell
+      type(mie_grueneisen_t) :: fluid
+      type(drucker_prager_t) :: sand
+      type(j2_t) :: metal
+      maxwell%relaxation_times = [1.0_wp]
+      call look(maxwell)
+      call look(sand)
+      call look(metal)
+      fluid%strength = 2
+      call look(fluid)
+      fluid%strength = 3
+      call look(fluid)
+   end subroutine thickness
+
+   subroutine look(law)
+      class(material_t), intent(inout) :: law
+      real(wp), parameter :: along(3) = [1.0_wp, 0.0_wp, 0.0_wp]
+      type(field_table_t) :: table
+      real(wp), allocatable :: values(:)
+      integer :: first
+      call declare_usual(table)
+      call law%declare(table, has_tools=.false.)
+      allocate (values(table%columns), source=0.09_wp)
+      call test%check(.not. law%stretch(values, table%layout(), along) < huge(1.0_wp), &
+                      'without tools nothing tells the thickness')
+      call law%declare(table, has_tools=.true.)
+      deallocate (values)
+      allocate (values(table%columns), source=0.09_wp)
+      first = table%column('left_cauchy_green')
+      values(first:first + 5) = [4.0_wp, 1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      call test%check_close(law%stretch(values, table%layout(), along), 2.0_wp, 1.0e-14_wp, 'thickness')
+   end subroutine look
 
 end program materials
