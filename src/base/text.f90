@@ -4,7 +4,7 @@ module m_text
    use m_kinds, only: wp, i4, i8
    implicit none
    private
-   public :: to_text, exact_text, si, duration
+   public :: to_text, exact_text, in_column, si, duration
 
    !> The shortest text of a number: no blanks, reals to 6 significant digits (or as many as asked for, up to
    !> 17).
@@ -65,6 +65,21 @@ contains
          if (status == 0 .and. again >= value .and. again <= value) return
       end do
    end function exact_text
+
+   !> A real at the right of a column of a table, with a blank before it; where it is too large for that, in
+   !> fewer digits and with an exponent.
+   pure function in_column(value, width, decimals) result(text)
+      real(wp), intent(in) :: value
+      integer, intent(in) :: width !< characters, 8 or more
+      integer, intent(in) :: decimals
+      character(len=width) :: text
+      character(len=16) :: layout
+      write (layout, '(a,i0,a,i0,a)') '(f', width, '.', decimals, ')'
+      write (text, layout) value
+      if (text(1:1) == ' ') return
+      text = real_to_text(value, 2)
+      text = adjustr(text)
+   end function in_column
 
    !> A value with the SI prefix that suits it, to 4 significant digits: `1.034 ps`, `64 nm`, `70 GPa`.
    pure function si(value, unit) result(text)

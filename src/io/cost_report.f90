@@ -6,7 +6,7 @@ module m_cost_report
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
    use m_history, only: history_t, history_header_t, history_text_length
-   use m_text, only: to_text, duration
+   use m_text, only: to_text, in_column, duration
    use m_timers, only: timers_t
    implicit none
    private
@@ -162,7 +162,7 @@ contains
       type(cost_t), intent(in) :: cost
       real(wp), intent(in) :: values(:, :)
       character(len=cost_line_length), allocatable, intent(out) :: lines(:)
-      integer :: l, r, n, rows, shown(size(values, 2))
+      integer :: c, l, r, n, rows, shown(size(values, 2))
       rows = size(values, 2)
       n = 0
       do r = 1, rows
@@ -175,8 +175,8 @@ contains
          'ns/part.-step', 'share'
       do r = 1, n
          associate (v => values(:, shown(r)))
-            write (lines(r + 1), '(a20,3f11.3,i12,f16.2,f7.1,a)') row_name(cost, shown(r)), v(2:4), &
-               int(v(5), i8), v(6:7), ' %'
+            write (lines(r + 1), '(a20,3a11,i12,a16,f7.1,a)') row_name(cost, shown(r)), &
+               (in_column(v(c), 11, 3), c=2, 4), int(v(5), i8), in_column(v(6), 16, 2), v(7), ' %'
          end associate
       end do
       lines(n + 2) = to_text(cost%particle_steps)//' particle-steps on '//to_text(communicator%ranks)// &
@@ -223,8 +223,8 @@ contains
       do r = 1, size(shown)
          lines(r + 1) = row_name(cost, shown(r))
          do l = 1, level_count(cost)
-            write (lines(r + 1)(22*l - 1:22*l + 20), '(f11.3,f11.2)') values(columns + 2*l - 1:columns &
-                  + 2*l, r)
+            lines(r + 1)(22*l - 1:22*l + 20) = in_column(values(columns + 2*l - 1, r), 11, 3)// &
+                                               in_column(values(columns + 2*l, r), 11, 2)
          end do
       end do
    end subroutine add_level_lines

@@ -2,7 +2,7 @@
 module m_alternatives
    use mpi_f08
    use m_kinds, only: wp, i8
-   use m_text, only: to_text
+   use m_text, only: to_text, in_column
    use m_scene, only: scene_t
    use m_scene_checks, only: largest_safety
    use m_level, only: level_t
@@ -81,23 +81,10 @@ contains
       type(price_t), intent(in) :: what, price !< otherwise, and as it is
       character(len=52) :: label
       label = name
-      call console%line(label//column(what%time(), 14, 3)//column(what%time()/price%time(), 8, 2) &
-                        //column(1.0e-6_wp*what%memory(), 15, 1) &
-                        //column(what%memory()/price%memory(), 8, 2))
+      call console%line(label//in_column(what%time(), 14, 3)//in_column(what%time()/price%time(), 8, 2) &
+                        //in_column(1.0e-6_wp*what%memory(), 15, 1) &
+                        //in_column(what%memory()/price%memory(), 8, 2))
    end subroutine say
-
-   !> A number in so many places, with its power of ten where it does not fit as it is.
-   pure function column(value, width, digits) result(text)
-      real(wp), intent(in) :: value
-      integer, intent(in) :: width, digits !< of these behind the point
-      character(len=width) :: text
-      character(len=24) :: layout
-      write (layout, '(a,i0,a,i0,a)') '(f', width, '.', digits, ')'
-      write (text, layout) value
-      if (index(text, '*') == 0) return
-      text = to_text(value, 3)
-      text = adjustr(text)
-   end function column
 
    !> Eight times as many particles and twice the steps, with so many times as many blocks.
    pure type(price_t) function half_the_cell(price, growth) result(other)

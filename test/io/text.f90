@@ -3,7 +3,7 @@
 program text
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
    use m_kinds, only: wp, i8
-   use m_text, only: to_text, exact_text, si, duration
+   use m_text, only: to_text, exact_text, in_column, si, duration
    use m_communicator, only: communicator_t
    use m_assertions, only: assertions_t
    implicit none
@@ -39,6 +39,11 @@ contains
       call same(to_text(-1.0e-300_wp), '-1e-300')
       call same(to_text(ieee_value(1.0_wp, ieee_quiet_nan)), 'NaN')
       call same(to_text(-ieee_value(1.0_wp, ieee_positive_inf)), '-Infinity')
+      call same(in_column(371.0741_wp, 11, 3), '    371.074')
+      call same(in_column(-0.5_wp, 11, 2), '      -0.50')
+      call same(in_column(1234567.1234_wp, 11, 3), '      1.2e6') ! a blank before it is no longer there
+      call same(in_column(9.87654e10_wp, 11, 2), '     9.9e10')
+      call same(in_column(ieee_value(1.0_wp, ieee_quiet_nan), 11, 2), '        NaN')
    end subroutine numbers
 
    subroutine with_prefix()
