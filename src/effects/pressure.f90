@@ -110,12 +110,12 @@ contains
       real(wp), intent(in) :: cells(:, :)
       type(layout_t), intent(in) :: layout
       type(grid_level_t), intent(in) :: grid
-      real(wp) :: area(3), size_of, weighted(3), places(3, most_cells)
+      real(wp) :: middle(3), area(3), size_of, weighted(3), places(3, most_cells)
       integer :: c, count, p
       if (.not. self%is_box()) return
       do p = 1, size(cells, 2)
-         associate (middle => cells(1:3, p), half => cells(4, p), &
-                    column => particles%column(first + p - 1, :))
+         middle = cells(1:3, p)
+         associate (half => cells(4, p), column => particles%column(first + p - 1, :))
             if (any(middle + 3.0_wp*half < self%lower) .or. any(middle - 3.0_wp*half > self%upper)) cycle
             call cells_of_particle(shape, middle, half, places, count)
             area = 0.0_wp

@@ -47,7 +47,7 @@ contains
 
    !> True of three corners that turn left, or lie on a line, and have no other corner inside.
    pure logical function is_ear(flat, left, ear)
-      real(wp), intent(in) :: flat(:, :) !< (2, corners)
+      real(wp), intent(in), contiguous :: flat(:, :) !< (2, corners)
       integer, intent(in) :: left(:)     !< corners that there still are
       integer, intent(in) :: ear(3)
       integer :: k

@@ -42,8 +42,8 @@ contains
       PetscCallA(MatSetSizes(self%matrix, n, n, PETSC_DETERMINE, PETSC_DETERMINE, ierr))
       PetscCallA(MatSetBlockSize(self%matrix, 3, ierr))
       PetscCallA(MatSetType(self%matrix, MATAIJ, ierr))
-      PetscCallA(MatSeqAIJSetPreallocation(self%matrix, m, PETSC_NULL_INTEGER_ARRAY, ierr))
-      PetscCallA(MatMPIAIJSetPreallocation(self%matrix, m, PETSC_NULL_INTEGER_ARRAY, m, PETSC_NULL_INTEGER_ARRAY, ierr))
+      PetscCallA(MatSeqAIJSetPreallocation(self%matrix, m, NO_COUNTS, ierr))
+      PetscCallA(MatMPIAIJSetPreallocation(self%matrix, m, NO_COUNTS, m, NO_COUNTS, ierr))
       PetscCallA(MatSetOption(self%matrix, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_FALSE, ierr))
       PetscCallA(MatSetOption(self%matrix, MAT_SYMMETRIC, PETSC_TRUE, ierr))
       self%made = .true.

@@ -214,8 +214,8 @@ contains
       strain = values(self%strain)
    end function equivalent_plastic_strain
 
-   !> sqrt(n . b . n), as of a neo-Hookean particle: elastic and plastic stretch together. Without tools that of
-   !> the stress, as long as hardly anything has flowed; then huge, which says nothing.
+   !> sqrt(n . b . n), as of a neo-Hookean particle: elastic and plastic stretch together. Without tools that
+   !> of the stress, as long as hardly anything has flowed; then huge, which says nothing.
    pure real(wp) function stretch(self, values, layout, direction)
       class(plastic_t), intent(in) :: self
       real(wp), intent(in) :: values(:)

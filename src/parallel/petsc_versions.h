@@ -2,7 +2,9 @@
 
 ! No list of integers.
 #if PETSC_VERSION_LT(3,22,0)
-#define PETSC_NULL_INTEGER_ARRAY PETSC_NULL_INTEGER
+#define NO_COUNTS PETSC_NULL_INTEGER
+#else
+#define NO_COUNTS PETSC_NULL_INTEGER_ARRAY
 #endif
 
 ! Why a solver ended, as a number: below 0 where it failed.

@@ -6,6 +6,8 @@ import sys
 import tokenize
 from pathlib import Path
 
+from sections import faults
+
 COLUMNS = 110
 root = Path(sys.argv[1])
 wrong = []
@@ -187,6 +189,9 @@ for path, code in codes.items():
     for name in names_used(code):
         if not re.search(rf"(?i)(?:\b|_){re.escape(name)}\b", body):
             say(path, f"imports {name} and does not use it")
+
+for path, what in faults(codes):
+    say(path, what)
 
 print(
     "\n".join(wrong) if wrong else f"   {len(pages)} pages, {len(tags)} equations, {len(module_of)} modules"

@@ -27,6 +27,26 @@ echo 'kinds.f90: imports model_t and does not use it' >>expected
 mkdir tree/src/shelf
 planted 'lonely.f90: shelf is no folder' src/shelf/lonely.f90 'module m_lonely\nend module m_lonely'
 planted 'design.md: base does not name lonely' src/base/lonely.f90 'module m_lonely_too\nend module m_lonely_too'
+planted 'gaps.f90: given: row of ASSOCIATE may have gaps, takes_three takes none' src/base/gaps.f90 "$(cat <<'END'
+module m_gaps
+contains
+subroutine takes_three(x)
+real, intent(in) :: x(3)
+end subroutine
+subroutine given(a, c)
+real, intent(in) :: a(:, :)
+real, intent(in), contiguous :: c(:, :)
+associate (row => a(2, :), sum => a(1, :) + a(2, :), part => c(:3, 2))
+call takes_three(row)
+call takes_three(sum)
+call takes_three(part)
+call takes_three(row(:3) + 0.0)
+end associate
+end subroutine
+end module
+END
+)"
+echo 'design.md: base does not name gaps' >>expected
 planted 'design.md: src/stepping/model.f90: no such file' doc/developer/design.md '\nSee `stepping/model.f90`.'
 planted 'kinds.f90: .* lines, more than 450' src/base/kinds.f90 "$(yes '!' | head -450)"
 planted 'kinds.f90: line .* has 118 columns' src/base/kinds.f90 "! $(printf 'word%.0s' $(seq 29))"
