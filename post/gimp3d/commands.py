@@ -15,6 +15,7 @@ COMMANDS = {
     "study": "what the accuracy of a scene costs",
     "solve": "the cheapest settings of a scene that have an error",
     "paraview": "the scene of a run for ParaView, and a picture of it",
+    "movie": "an animation of a run: its section beside the load over depth",
     "tool_surface": "the tools of a run as surfaces for ParaView",
     "pole_figure": "the texture of the crystals of a run",
     "gallery": "a page of all shipped scenes with their reports",
@@ -26,6 +27,7 @@ COMMANDS = {
 def usage():
     lines = ["usage: gimp3d-post COMMAND [options] ...", ""]
     lines += [f"   {name:<14} {what}" for name, what in COMMANDS.items()]
+    lines += [f"   {'completion':<14} for bash: eval \"$(gimp3d-post completion)\""]
     lines += ["", "gimp3d-post COMMAND --help lists the options of a command."]
     return "\n".join(lines)
 
@@ -45,12 +47,26 @@ def in_paraview(arguments):
     return subprocess.run(command, env=environment).returncode
 
 
+COMPLETION = """_gimp3d_post() {{
+   local word=${{COMP_WORDS[COMP_CWORD]}}
+   if [ "$COMP_CWORD" -eq 1 ]; then
+      COMPREPLY=($(compgen -W "{names}" -- "$word"))
+   else
+      COMPREPLY=($(compgen -d -- "$word") $(compgen -f -X '!*.nml' -- "$word"))
+   fi
+}}
+complete -o filenames -F _gimp3d_post gimp3d-post"""
+
+
 def main(arguments=None):
     """Run a subcommand: its exit status; 2 and one sentence if there is no such command."""
     arguments = sys.argv[1:] if arguments is None else list(arguments)
     if not arguments or arguments[0] in ("-h", "--help", "help"):
         print(usage())
         return 0 if arguments else 2
+    if arguments[0] == "completion":
+        print(COMPLETION.format(names=" ".join(COMMANDS)))
+        return 0
     name = arguments[0].replace("-", "_")
     if name not in COMMANDS:
         names = ", ".join(COMMANDS)

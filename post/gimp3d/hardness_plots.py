@@ -15,7 +15,8 @@ def draw_load_depth(run, record, answer, results, path):
     figure, axes = plt.subplots(figsize=(5.6, 4.0))
     axes.plot(record.depth / depth_factor, record.load / load_factor, color="C0", label="gimp3d, full body")
     row = int(np.argmax(record.depth))
-    if answer["loading_curvature"] is not None:
+    sharp = record.tool["shape"][0] in ("cone", "berkovich", "pyramid")  # others follow no parabola
+    if sharp and answer["loading_curvature"] is not None:
         h = np.linspace(0, record.depth[row], 200)
         axes.plot(
             h / depth_factor,
@@ -116,7 +117,7 @@ def draw_pressure(run, record, answer, picture, path):
         ".",
         color="0.7",
         markersize=3,
-        label="normal stress, particles",
+        label="normal stress of single particles: noise of the grid",
     )
     inside = profile.radius < 2 * edge
     axes.plot(

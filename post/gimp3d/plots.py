@@ -31,7 +31,15 @@ from matplotlib.collections import LineCollection, PolyCollection
 
 from . import indentation
 from . import tool_surface
-from .run_data import History, Particles, Unreadable, carried, read_namelists, snapshot_paths
+from .run_data import (
+    History,
+    Particles,
+    Unreadable,
+    carried,
+    read_namelists,
+    snapshot_paths,
+    time_of_snapshot,
+)
 
 plt.rcParams.update(
     {
@@ -358,8 +366,23 @@ def last_particles(run, options):
     snapshots = snapshots_of(run)
     if options.snapshot is None and not snapshots:
         return None
-    particles = Particles(options.snapshot or snapshots[-1])
+    particles = Particles(options.snapshot or at_largest_load(run, snapshots))
     return particles if particles.ids.size else None
+
+
+def at_largest_load(run, snapshots):
+    """The snapshot nearest to the largest load of the first tool that bears one: afterwards waves run about.
+    The last one where there is none."""
+    for tool in run.tools:
+        history = run.tool_history(tool)
+        if history is None or history.rows == 0:
+            continue
+        load = -sum(history[f"load_{a}"] * d for a, d in zip("xyz", indentation.unit_axis(tool)))
+        if not np.all(np.isfinite(load)) or not load.max() > 0:
+            continue
+        time = history["time"][np.argmax(load)]
+        return min(snapshots, key=lambda path: abs(time_of_snapshot(path) - time))
+    return snapshots[-1]
 
 
 def draw_section(run, options):
@@ -525,11 +548,16 @@ def energies(run, history):
         layout="constrained",
         height_ratios=[3, 1][: 2 if errors else 1],
     )
-    for name in kinds:
-        if np.any(history[name] != 0):
-            axes[0][0].plot(
-                history["time"] / time_factor, history[name] / factor, label=name.replace("_", " ")
-            )
+    shown = [name for name in kinds if np.any(history[name] != 0)]
+    shown.sort(key=lambda name: -np.nanmax(np.abs(history[name])))
+    for number, name in enumerate(shown):  # the larger ones wide and below: none hides another
+        axes[0][0].plot(
+            history["time"] / time_factor,
+            history[name] / factor,
+            label=name.replace("_", " "),
+            linewidth=max(1.0, 4.5 - 1.2 * number),
+            alpha=0.55 if number < 2 else 1.0,
+        )
     axes[0][0].set(ylabel=f"energy [{unit}]", title=run.title)
     axes[0][0].legend()
     if errors:

@@ -326,4 +326,21 @@ function between(xs, ys, x) {
 
 for (const spec of JSON.parse(document.getElementById("data").textContent).charts)
    new Chart(document.getElementById(spec.id), spec);
+
+/** The snapshots of a run as one picture with a slider. */
+const frames = document.querySelector("#frames .frames");
+if (frames) {
+   const pictures = [...frames.children], said = document.querySelector("#frames output");
+   const slider = document.createElement("input");
+   Object.assign(slider, {type: "range", min: 0, max: pictures.length - 1, step: 1});
+   slider.setAttribute("aria-label", "snapshot");
+   const show = () => {
+      pictures.forEach((picture, n) => { picture.style.display = n === Number(slider.value) ? "" : "none"; });
+      said.textContent = pictures[Number(slider.value)].dataset.place;
+   };
+   slider.value = Math.max(0, pictures.findIndex(picture => picture.dataset.start));
+   slider.addEventListener("input", show);
+   frames.before(slider);
+   show();
+}
 })();

@@ -23,6 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from . import plots
+from . import report_answer
 from . import report_charts
 from . import report_pictures
 from .report_hardness import hardness_sections
@@ -77,6 +78,7 @@ class Report:
         self.particles, self.snapshot = None, None
         self.find_particles()
         self.state = self.log.state if self.log else "none"
+        self.answers = {name: report_answer.hardness_of(self, name) for name in self.tools}
 
     def read(self, name, how):
         """A file of the run by a reader; None, and a word on the page, where it is not there or not what it
@@ -95,7 +97,7 @@ class Report:
         formats = self.run.case.get("output", [{}])[0].get("formats", ["hdf5"])
         try:
             mine = plots.snapshots_of(self.run)
-            self.snapshot = self.options.snapshot or (mine[-1] if mine else None)
+            self.snapshot = self.options.snapshot or (plots.at_largest_load(self.run, mine) if mine else None)
             if self.snapshot is None:
                 tecplot = any(self.directory.glob("particles_*.dat"))
                 self.missing.append(
@@ -173,7 +175,18 @@ def written(value):
 def heading(report):
     words, kind = states[report.state]
     log = report.log
-    facts = []
+    sentence = tag("p", log.verdict) if log and log.verdict and report.state != "finished" else ""
+    return tag(
+        "header",
+        tag("h1", report.title),
+        tag("p", badge(words, kind), " ", tag("span", f"run in {report.directory}", class_="quiet")),
+        sentence,
+    )
+
+
+def numbers(report):
+    """Grid and time."""
+    log, facts = report.log, []
     if log:
         for word in ("grid", "particles"):
             if log.said(word):
@@ -185,21 +198,11 @@ def heading(report):
         facts.append(("simulated", log.reached))
     elif log and log.progress:
         facts.append(("reached", re.split(r" {3}", log.progress)[1].removeprefix("time ")))
-    for name, (tool, history) in report.tools.items():
-        deepest = np.nanmax(history["depth"])
-        if deepest > 0:
-            load = -sum(history[f"load_{a}"] * d for a, d in zip("xyz", plots.indentation.unit_axis(tool)))
-            share = float(history.notes.get("model_share", 1))
-            facts.append((f"largest travel of {name}", si(deepest, "m")))
-            facts.append((f"largest load on {name}", f"{si(np.nanmax(load) / share, 'N')}, full body"))
     if "memory_B" in report.notes:
         facts.append(("memory", si(float(report.notes["memory_B"]), "B")))
-    sentence = tag("p", log.verdict) if log and log.verdict and report.state != "finished" else ""
-    return tag(
-        "header",
-        tag("h1", report.title),
-        tag("p", badge(words, kind), " ", tag("span", f"run in {report.directory}", class_="quiet")),
-        sentence,
+    return section(
+        "numbers",
+        "Grid and time",
         tag("dl", *(tag("div", tag("dt", name), tag("dd", value)) for name, value in facts), class_="facts"),
     )
 
@@ -338,6 +341,8 @@ def charts_and_stills(report):
             lambda: report_charts.tool(report.run, tool, history, report.options),
         )
         if made:
+            if report.answers.get(name):
+                report_answer.add_line(made[0], report.answers[name])
             specs.append(made[0])
             words += made[1]
             if len(made[0]["axes"]) > 1 and made[0]["axes"][0]["name"] == "depth":
@@ -363,15 +368,16 @@ def charts_and_stills(report):
     return specs, stills, words
 
 
+def chart_figure(spec, stills):
+    still = [tag("noscript", image(picture)) for picture in stills.get(spec["id"], [])]
+    return tag("figure", *still, tag("figcaption", caption_of(spec)), class_="chart", id=spec["id"])
+
+
 def histories(specs, stills, words):
+    """The curves behind the first one, which stands on the first screen."""
     if not specs:
         return section("curves", "Curves", tag("p", "The run wrote no history that could be drawn."))
-    figures = []
-    for spec in specs:
-        still = [tag("noscript", image(picture)) for picture in stills.get(spec["id"], [])]
-        figures.append(
-            tag("figure", *still, tag("figcaption", caption_of(spec)), class_="chart", id=spec["id"])
-        )
+    figures = [chart_figure(spec, stills) for spec in specs[1:]]
     how = (
         "Point at a curve to read it, or use the arrow keys. Drag a box to zoom in (a flat one zooms along "
         "one axis); double-click or press 0 to see the whole."
@@ -412,14 +418,57 @@ def pictures(report):
         "the surface from above", lambda: list(report_pictures.surface(report.run, report.particles))
     )
     report.drawn += cut + top
+    paths = report.attempt("the snapshots", lambda: plots.snapshots_of(report.run))
+    moving = []
+    if len(paths) > 1 and cut:
+        moving = report.attempt(
+            "the section through the run",
+            lambda: list(report_pictures.frames(report.run, paths, report.particles)),
+        )
     return section(
         "pictures",
         "Section and surface",
-        tag("p", f"From {report.snapshot.name}, the modelled part of the bodies.", class_="quiet"),
+        tag(
+            "p",
+            f"From {report.snapshot.name}"
+            + (
+                ", the snapshot nearest to the largest load"
+                if report.tools and not report.options.snapshot
+                else ""
+            )
+            + "; the modelled part of the bodies.",
+            class_="quiet",
+        ),
         *(tag("h3", words) for words in ["Section"] if cut),
         tag("div", *map(image, cut), class_="pictures"),
+        *(tag("h3", words) for words in ["Through the run"] if moving),
+        *([slider(moving, plots.Section(report.run, report.particles).place)] if moving else []),
         *(tag("h3", words) for words in ["Surface from above"] if top),
         tag("div", *map(image, top), class_="pictures"),
+    )
+
+
+def slider(moving, first):
+    """One picture of many; a script puts the slider there, else all are shown."""
+    pictures = [
+        tag(
+            "img",
+            src=one.uri,
+            alt=one.alt,
+            width=one.size[0],
+            height=one.size[1],
+            data_place=one.caption,
+            data_start="yes" if one.caption == first else None,
+        )
+        for one in moving
+    ]
+    words = "Von Mises stress near the contact at each snapshot, in the colours of the largest load."
+    return tag(
+        "figure",
+        tag("div", *pictures, class_="frames"),
+        tag("output", ""),
+        tag("figcaption", words),
+        id="frames",
     )
 
 
@@ -551,7 +600,7 @@ def repeat(report):
     rows.append(
         (
             "this page",
-            f"made {datetime.datetime.now().isoformat(sep=' ', timespec='seconds')} by post/gimp3d/report.py",
+            f"made {datetime.datetime.now().isoformat(sep=' ', timespec='seconds')} by gimp3d-post report",
         )
     )
     files = sorted(
@@ -583,15 +632,18 @@ def build(directory, options):
     report = Report(directory, options)
     rows = report.worth()
     specs, stills, words = charts_and_stills(report)
-    middle = [
+    parts = [
+        report_answer.section_of(report, chart_figure(specs[0], stills) if specs else None),
         pictures(report),
         histories(specs, stills, words),
         *hardness_sections(report),
-        time_spent(report),
         worth_section(rows),
+        numbers(report),
+        time_spent(report),
+        scene(report),
+        repeat(report),
     ]
-    parts = [scene(report), *middle, repeat(report)]
-    parts.insert(0, warnings(report, rows))  # last made, for the others may have found what is missing
+    parts.insert(2, warnings(report, rows))  # last made, for the others may have found what is missing
     parts = [part for part in parts if part]
     names = [re.match(r'<section id="(\w+)"><h2>(.*?)</h2>', part).groups() for part in parts]
     links = tag(
@@ -603,7 +655,7 @@ def build(directory, options):
         "footer",
         tag(
             "p",
-            "Made by gimp3d, post/gimp3d/report.py. The page holds all it shows and loads nothing. "
+            "Made by gimp3d-post report. The page holds all it shows and loads nothing. "
             "What the files mean: doc/user/output.md.",
         ),
     )

@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from . import indentation
 from . import plots
-from .run_data import Unreadable
+from .run_data import Particles, Unreadable
 
 width = 4.6  # of a picture, inches
 dots = 160  # an inch
@@ -101,6 +101,38 @@ def section(run, particles):
                 f"{bare(label)[0].upper()}{bare(label)[1:]}{words}; {cut.place}"
                 + "".join(f"; outlined: {edge.get_label()}" for edge in edges),
             )
+
+
+most_frames = 10  # of a page
+
+
+def frames(run, paths, reference):
+    """Von Mises stress near the contact at each snapshot (some, if there are many), with the view and the
+    colours of the reference."""
+    cut = plots.Section(run, reference)
+    view, (label, values, unit) = cut.views[-1], cut.panels[1]
+    limits = cut.limits(values)
+    factor, name = plots.scaled(unit, limits)
+    chosen = [paths[n] for n in np.unique(np.linspace(0, len(paths) - 1, most_frames).round().astype(int))]
+    for number, path in enumerate(chosen if len(paths) > most_frames else paths):
+        particles = Particles(path)
+        if not particles.ids.size:
+            continue
+        section = plots.Section(run, particles)
+        figure, ax, colours = axes_for(view)
+        drawn, _, _ = section.draw(ax, section.panels[1][1], unit, view)
+        drawn.set_array(section.panels[1][1] / factor)
+        drawn.set_clim(*(limit / factor for limit in limits))
+        figure.colorbar(
+            drawn,
+            cax=colours,
+            label=f"{label} [{name}]",
+            extend="max",
+            orientation="horizontal",
+            ticklocation="top",
+            ticks=round_steps(5),
+        )
+        yield picture(figure, f"frame-{number}", f"{section.place}: {label}", section.place)
 
 
 # ---- surface from above

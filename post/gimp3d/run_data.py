@@ -102,6 +102,12 @@ class History:
     def __getitem__(self, name):
         return self.columns[name]
 
+    def frame(self):
+        """A pandas data frame (needs pandas)."""
+        import pandas
+
+        return pandas.DataFrame(self.columns)
+
 
 def carried(history, axis, time, places):
     """Where places (n x 3, m) that go with a tool are at a time (s), by the tool's history; they are given at
@@ -124,6 +130,17 @@ def snapshot_paths(directory):
         for path in directory.glob(f"particles_*.{ending}"):
             found[int(path.stem.split("_")[1])] = path
     return [path for _, path in sorted(found.items())]
+
+
+def time_of_snapshot(path):
+    """Of a particle file, s."""
+    import h5py
+
+    try:
+        with h5py.File(path, "r") as file:
+            return float(np.ravel(file.attrs["time"])[0])
+    except (OSError, KeyError) as error:
+        raise Unreadable(f"{path}: {error}")
 
 
 # the order of the components of a symmetric tensor in histories, and here

@@ -75,7 +75,13 @@ def whole_run():
         for near_by in ("", "-near")
     }
     check("every picture", wanted <= set(page.ids), wanted - set(page.ids))
-    check("the number of pictures", len(page.all("img")) == 14, len(page.all("img")))
+    shots = len(list(Path("run").glob("particles_*.hdf")))
+    check("the number of pictures", len(page.all("img")) == 14 + shots, len(page.all("img")))
+    order = [one for one in page.ids if one in ("answer", "pictures", "warnings", "numbers", "scene")]
+    check("the answer comes first", order == ["answer", "pictures", "warnings", "numbers", "scene"], order)
+    shown = section(page, "answer")
+    for words in ("Hardness, true area9.5 \N{PLUS-MINUS SIGN} 0.2 GPa", "Largest depth50 nm"):
+        check(f"the answer says {words}", words in shown, shown)
 
     history = History(Path("run/tool_cone.dat"))
     chart = page.charts["chart-tool-cone"]

@@ -1,0 +1,224 @@
+"""Runs and scenes as objects: what `from gimp3d import Run, Scene` gives."""
+
+import contextlib
+import io
+import json
+import sys
+from importlib import import_module
+from pathlib import Path
+
+from . import scene_text
+from .run_data import History, Particles, Unreadable, read_namelists, snapshot_paths
+from .run_log import RunLog
+
+
+class RunFailed(Exception):
+    """The program or an analysis ended without a result: `status`, and the sentence that says why."""
+
+    def __init__(self, status, sentence):
+        super().__init__(sentence)
+        self.status = status
+
+
+class Scene(scene_text.Scene):
+    """A scene: its text, which is read, changed and written.
+
+    Scene("input/hertz.nml") reads a file, Scene(text) takes a text that has a `&`. `set`, `add`, `remove`
+    change groups in place, with comments and order kept; groups are counted from 0 among those of a name."""
+
+    def __init__(self, source):
+        text = str(source)
+        super().__init__(text if "&" in text else Path(source).read_text())
+
+    def __getitem__(self, group):
+        """The groups of a name, each a dictionary of its variables; every variable is a list of values."""
+        return read_namelists(self.text).get(group, [])
+
+    def namelist(self):
+        """The scene as f90nml has it, a dictionary of dictionaries (needs f90nml)."""
+        import f90nml
+
+        return f90nml.Parser().reads(self.text)
+
+    def copy(self):
+        return Scene(self.text)
+
+    def write(self, path):
+        Path(path).write_text(self.text)
+        return Path(path)
+
+    @property
+    def directory(self):
+        """Where a run of the scene writes; none if it writes nothing."""
+        output = self["output"]
+        return Path(output[0]["directory"][0]) if output else None
+
+    def __str__(self):
+        return self.text
+
+
+class Snapshot(Particles):
+    """The particles of a run at one time: `snapshot["stress"]` is an array, one row a particle (symmetric
+    tensors as xx yy zz yz xz xy), `units["stress"]` its unit, `time` in s, `ids`, `len(snapshot)`."""
+
+    def __init__(self, path):
+        import h5py
+
+        self.path = Path(path)
+        super().__init__(self.path)
+        with h5py.File(self.path, "r") as file:
+            data = {"position": file["VTKHDF/Points"], **file["VTKHDF/PointData"]}
+            unit = {name: table.attrs.get("unit", b"") for name, table in data.items()}
+        self.units = {name: u.decode() if isinstance(u, bytes) else str(u) for name, u in unit.items()}
+
+    def __len__(self):
+        return len(self.ids)
+
+    def frame(self):
+        """A pandas data frame, a column a component (needs pandas)."""
+        import pandas
+
+        columns = {"id": self.ids}
+        for name, data in self.fields.items():
+            if data.ndim == 1 or data.shape[1] == 1:
+                columns[name] = data.reshape(-1)
+                continue
+            parts = {3: "x y z", 6: "xx yy zz yz xz xy"}.get(data.shape[1], "").split()
+            parts = parts or [str(n + 1) for n in range(data.shape[1])]
+            columns.update({f"{name}_{part}": data[:, n] for n, part in enumerate(parts)})
+        return pandas.DataFrame(columns)
+
+    def mesh(self):
+        """A PyVista mesh of points with all fields, symmetric tensors in VTK's order (needs pyvista)."""
+        import pyvista
+
+        return pyvista.read(self.path)
+
+
+class Run:
+    """A run by its directory: Run("out/cone").
+
+    scene       the scene as it was run, every value in it
+    log         its run.log (run_log.RunLog): verdict, state, alarms
+    times       of the snapshots, s"""
+
+    def __init__(self, directory):
+        self.directory = Path(directory)
+        if not (self.directory / "case.nml").is_file():
+            raise Unreadable(f"{directory}: there is no case.nml, so this is no run")
+        self.scene = Scene(self.directory / "case.nml")
+
+    def __repr__(self):
+        return f"Run({str(self.directory)!r})"
+
+    @property
+    def log(self):
+        path = self.directory / "run.log"
+        return RunLog(path.read_text() if path.is_file() else "")
+
+    @property
+    def finished(self):
+        return self.log.state == "finished"
+
+    @property
+    def names(self):
+        """Of the histories: energy, tool_<name>, probe_<name>, contact_<a>_<b>."""
+        return sorted(
+            path.stem
+            for path in self.directory.glob("*.dat")
+            if not path.stem.startswith(("particles_", "outline_"))
+        )
+
+    def history(self, name):
+        """A history by its name without .dat: columns as arrays, `units`, `frame()`."""
+        return History(self.directory / f"{name}.dat")
+
+    def tool(self, name=None):
+        """The history of a tool, by default of the first one."""
+        return self.history(f"tool_{name or self.scene['tool'][0]['name'][0]}")
+
+    @property
+    def snapshots(self):
+        return snapshot_paths(self.directory)
+
+    @property
+    def times(self):
+        return [Particles(path).time for path in self.snapshots]
+
+    def snapshot(self, number=-1):
+        """A snapshot by its number, from 0; -1 is the last."""
+        paths = self.snapshots
+        if not -len(paths) <= number < len(paths):
+            raise Unreadable(f"{self.directory}: there are {len(paths)} snapshots, and no number {number}")
+        return Snapshot(paths[number])
+
+    def load_depth(self, tool=None):
+        """Depth from the first touch (m) and load (N) of the full body, as arrays."""
+        from . import plots
+
+        run = plots.Run(self.directory)
+        chosen = next(t for t in run.tools if tool in (None, t["name"][0]))
+        return plots.load_curve(run, chosen, run.tool_history(chosen))[:2]
+
+    def hardness(self, **options):
+        """What make hardness finds, a dictionary in SI units: hardness_oliver_pharr, hardness_true,
+        modulus_..., each with <name>_uncertainty. Options as of `gimp3d-post hardness`: tool="tip",
+        beta=1.034, window="20,98"."""
+        name = options.get("tool")
+        command("hardness", self.directory, no_plots=True, **options)
+        several = len(self.scene["tool"]) > 1 and name
+        path = self.directory / (f"hardness_{name}.json" if several else "hardness.json")
+        return json.loads(path.read_text())
+
+    def plots(self, **options):
+        """Pictures of the run; the names of the files."""
+        return [Path(line) for line in command("plots", self.directory, **options).split() if ".png" in line]
+
+    def report(self, **options):
+        """The page of the run; its name."""
+        command("report", self.directory, **options)
+        return self.directory / "report.html"
+
+
+def command(name, *arguments, **options):
+    """A subcommand of gimp3d-post within this process: what it prints. `options` are those of its command
+    line, `no_plots=True` for --no-plots. RunFailed with its sentence where it ends with another status."""
+    words = [str(word) for word in arguments]
+    for option, value in options.items():
+        if value is None or value is False:
+            continue
+        words.append("--" + option.replace("_", "-"))
+        if value is not True:
+            words.append(",".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value))
+    out, err, before = io.StringIO(), io.StringIO(), sys.argv
+    sys.argv = [f"gimp3d-post {name}", *words]
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            status = import_module(f".{name}", __package__).main()
+    except SystemExit as end:
+        status = end.code
+    finally:
+        sys.argv = before
+    if status:
+        raise RunFailed(status, (err.getvalue() or out.getvalue()).strip() or f"{name}: status {status}")
+    return out.getvalue()
+
+
+def plots_of(directory, **options):
+    """Run(directory).plots()"""
+    return Run(directory).plots(**options)
+
+
+def report_of(directory, **options):
+    """Run(directory).report()"""
+    return Run(directory).report(**options)
+
+
+def study_of(scene, **options):
+    """What `gimp3d-post study` prints for a scene file: study_of("input/hertz.nml", quantity="load")."""
+    return command("study", scene, **options)
+
+
+def solve_for(scene, error, **options):
+    """What `gimp3d-post solve` prints: solve_for("input/hertz.nml", error=1, quantity="load")."""
+    return command("solve", scene, error=error, **options)
