@@ -8,6 +8,7 @@ module m_resume
    use m_text, only: to_text, si
    use m_offer, only: catalogue_t
    use m_scene, only: scene_t
+   use m_scene_words, only: field_words
    use m_scene_reader, only: read_scene, interpret_scene
    use m_scene_writer, only: physics_as_namelist
    use m_arguments, only: read_arguments
@@ -76,9 +77,30 @@ contains
          scene%output%directory = directory ! it may have been given another name
          return
       end if
+      if (any(scene%output%fields() .neqv. earlier%output%fields())) then
+         call fail(error, exit_input, '&output fields='//words_of(scene)//' was '//words_of(earlier)// &
+                   ' in '//before%checkpoint%path//'; particles carry what these need from the start, so '// &
+                   'fields must be as they were')
+         return
+      end if
       call check_physics(before%checkpoint%path, physics_as_namelist(earlier), physics_as_namelist(scene), &
                          error)
    end subroutine read_run
+
+   !> The fields that a scene asks for, as it says that.
+   function words_of(scene) result(text)
+      type(scene_t), intent(in) :: scene
+      character(len=:), allocatable :: text
+      logical :: asked(3)
+      integer :: f
+      asked = scene%output%fields()
+      text = ''
+      do f = 1, 3
+         if (asked(f)) text = text//','''//trim(field_words(f))//''''
+      end do
+      text = text(min(2, len(text) + 1):)
+      if (text == '') text = '''none'''
+   end function words_of
 
    !> Collective: whether a scene writes to the directory of the run that it goes on from.
    logical function goes_on_in(communicator, scene, directory)

@@ -3,7 +3,7 @@ module m_polar
    use m_kinds, only: wp
    implicit none
    private
-   public :: polar, determinant, cofactors
+   public :: polar, determinant, cofactors, logarithm
 
    integer, parameter :: most_iterations = 60 !< four do where strains are small
    real(wp), parameter :: settled = 4.0_wp*epsilon(1.0_wp)
@@ -48,5 +48,38 @@ contains
       u = matmul(transpose(r), f)
       u = 0.5_wp*(u + transpose(u))
    end subroutine polar
+
+   !> ln A of a symmetric positive definite matrix, by Jacobi's rotations. ln I = 0 to the bit.
+   pure function logarithm(a) result(l)
+      real(wp), intent(in) :: a(3, 3)
+      real(wp) :: l(3, 3), d(3, 3), v(3, 3), g(3, 3), ratio, t
+      integer :: i, j, k, sweep
+      d = a
+      v = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
+      do sweep = 1, most_iterations
+         k = 0
+         do i = 1, 2
+            do j = i + 1, 3
+               if (abs(d(i, j)) <= 0.25_wp*settled*sqrt(d(i, i)*d(j, j))) cycle
+               k = k + 1
+               ratio = (d(j, j) - d(i, i))/(2.0_wp*d(i, j))
+               t = sign(1.0_wp, ratio)/(abs(ratio) + sqrt(ratio**2 + 1.0_wp))
+               g = 0.0_wp
+               g(6 - i - j, 6 - i - j) = 1.0_wp
+               g(i, i) = 1.0_wp/sqrt(t**2 + 1.0_wp)
+               g(j, j) = g(i, i)
+               g(i, j) = t*g(i, i)
+               g(j, i) = -g(i, j)
+               d = matmul(transpose(g), matmul(d, g))
+               v = matmul(v, g)
+            end do
+         end do
+         if (k == 0) exit
+      end do
+      l = 0.0_wp
+      do k = 1, 3
+         l = l + log(d(k, k))*spread(v(:, k), 2, 3)*spread(v(:, k), 1, 3)
+      end do
+   end function logarithm
 
 end module m_polar

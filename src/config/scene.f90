@@ -207,8 +207,12 @@ module m_scene
       character(len=:), allocatable :: directory
       real(wp) :: every = 0.0_wp         !< s between snapshots of the particles; 0 means first and last only
       real(wp) :: history_every = 0.0_wp !< s between lines of the histories; 0 means end_time/1000
+      logical :: displacement = .true.   !< particles know where they began
+      logical :: strain = .false., gradient = .false. !< and how they have been deformed since
       logical :: hdf5 = .true.
       logical :: tecplot = .false.
+   contains
+      procedure :: fields => output_fields
    end type output_spec_t
 
    !> &checkpoint
@@ -266,6 +270,13 @@ module m_scene
    end type scene_t
 
 contains
+
+   !> Which of displacement, strain and deformation gradient are written.
+   pure function output_fields(self) result(fields)
+      class(output_spec_t), intent(in) :: self
+      logical :: fields(3)
+      fields = [self%displacement, self%strain, self%gradient] .and. self%present
+   end function output_fields
 
    !> What bounds the cells of a level that the error places, as it is in the scene.
    pure function budget(self) result(text)

@@ -341,7 +341,7 @@ contains
    subroutine describe_output(group, output)
       type(group_reader_t), intent(inout) :: group
       type(output_spec_t), intent(inout) :: output
-      logical :: formats(3)
+      logical :: formats(3), fields(4)
       if (.not. allocated(output%directory)) output%directory = ''
       call group%get_text('directory', output%directory, longest_path, required=.true.)
       call group%get('every', output%every, at_least(0.0_wp, 's'))
@@ -351,6 +351,13 @@ contains
       if (formats(3) .and. any(formats(1:2))) call group%refuse('formats', 'none must stand alone')
       output%hdf5 = formats(1)
       output%tecplot = formats(2)
+      fields = [output%displacement, output%strain, output%gradient, .false.]
+      fields(4) = .not. any(fields)
+      call group%get_set('fields', fields, field_words)
+      if (fields(4) .and. any(fields(1:3))) call group%refuse('fields', 'none must stand alone')
+      output%displacement = fields(1)
+      output%strain = fields(2)
+      output%gradient = fields(3)
    end subroutine describe_output
 
    !> Where nothing else makes checkpoints the clock on the wall does.

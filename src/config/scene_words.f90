@@ -22,6 +22,8 @@ module m_scene_words
                                                                  'strain', 'error']
    character(len=*), parameter, public :: start_words(2) = [character(len=5) :: 'apart', 'as_is']
    character(len=*), parameter, public :: fill_words(2) = [character(len=5) :: 'whole', 'share']
+   character(len=*), parameter, public :: field_words(4) = [character(len=20) :: 'displacement', 'strain', &
+      'deformation_gradient', 'none']
    character(len=*), parameter, public :: format_words(3) = [character(len=7) :: 'hdf5', 'tecplot', 'none']
 
    character(len=*), parameter, public :: motion_words(2) = [character(len=5) :: 'slide', 'turn']

@@ -59,6 +59,9 @@ contains
          if (.not. finite_stress(particles%count, particles%column(:, &
             level%layout%stress:level%layout%stress + 5))) &
             call report_undefined(model, l, b, error)
+         if (level%layout%motion > 0) &
+            call advance_half_edges(particles%count, level%gradient, time_step, &
+                                    particles%column(:, level%layout%motion:level%layout%motion + 8))
          if (model%method%domain /= domain_fixed) call advance_domains(model, l, b, time_step, error)
       end associate
       if (size(model%effect_step(l)%on_stress) > 0) &

@@ -9,6 +9,7 @@ module m_particle_snapshot
    use m_decomposition, only: blocks_before
    use m_field_table, only: field_t
    use m_ipf_colour, only: add_ipf_colour
+   use m_motion_fields, only: motion_field_t, motion_fields, motion_columns, motion_of
    use m_snapshot, only: snapshot_t, snapshot_level_t, snapshot_field_t, component_name_length
    implicit none
    private
@@ -68,6 +69,7 @@ contains
       end associate
       call snapshot%add_von_mises()
       call add_ipf_colour(snapshot)
+      call add_motion(snapshot, model%levels)
    end subroutine take_snapshot
 
    !> Collective: the recovered stress of all blocks of all levels, one block after the other.
@@ -175,5 +177,43 @@ contains
          end do
       end do
    end subroutine collect
+
+   !> Add the displacement, strain and deformation gradient that the scene asks for.
+   subroutine add_motion(snapshot, levels)
+      type(snapshot_t), intent(inout) :: snapshot
+      type(level_t), intent(in) :: levels(:)
+      type(motion_field_t), allocatable :: new(:)
+      type(snapshot_field_t), allocatable :: fields(:)
+      real(wp), allocatable :: values(:, :)
+      integer :: b, c, f, first, l, n, p
+      new = motion_fields(levels(1)%layout)
+      if (size(new) == 0) return
+      allocate (values(snapshot%n_local, size(motion_columns(levels(1)%layout))))
+      n = 0
+      do l = 1, size(levels)
+         do b = 1, size(levels(l)%blocks)
+            associate (particles => levels(l)%blocks(b)%particles)
+               do p = 1, particles%count
+                  values(n + p, :) = motion_of(particles%column(p, :), levels(l)%layout)
+               end do
+               n = n + particles%count
+            end associate
+         end do
+      end do
+      n = size(snapshot%fields)
+      allocate (fields(n + size(new)))
+      fields(:n) = snapshot%fields
+      first = 1
+      do f = 1, size(new)
+         c = size(new(f)%components)
+         fields(n + f)%name = trim(new(f)%name)
+         fields(n + f)%unit = trim(new(f)%unit)
+         fields(n + f)%components = c
+         fields(n + f)%component_names = [character(len=component_name_length) :: new(f)%components]
+         fields(n + f)%values = values(:, first:first + c - 1)
+         first = first + c
+      end do
+      call move_alloc(fields, snapshot%fields)
+   end subroutine add_motion
 
 end module m_particle_snapshot

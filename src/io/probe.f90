@@ -5,6 +5,7 @@ module m_probe
    use m_kinds, only: wp, i8
    use m_model, only: model_t
    use m_recovered_at, only: recover_stress_at
+   use m_motion_fields, only: motion_columns, motion_of
    implicit none
    private
    public :: probe_t, choose_particle, read_probe, kinship
@@ -45,13 +46,15 @@ contains
    end function choose_particle
 
    !> Collective: position (m), stress (Pa; xx yy zz yz xz xy), equivalent plastic strain and recovered stress
-   !> (Pa) of the probed particle; strain is 0 when its law has no plastic flow, all are 0 when nothing is
-   !> left of the particle.
-   subroutine read_probe(model, probe, position, stress, plastic_strain, recovered)
+   !> (Pa) of the probed particle, and the motion that the scene asks for (motion_columns); strain is 0 when
+   !> its law has no plastic flow, all are 0 when nothing is left of the particle.
+   subroutine read_probe(model, probe, position, stress, plastic_strain, recovered, motion)
       type(model_t), intent(in) :: model
       type(probe_t), intent(in) :: probe
       real(wp), intent(out) :: position(3), stress(6), plastic_strain, recovered(6)
-      real(wp) :: found(16)
+      real(wp), allocatable, intent(out), optional :: motion(:)
+      real(wp) :: found(34)
+      real(wp), allocatable :: moved(:)
       integer(i8) :: id
       integer :: b, l, p, where(3)
       found = 0.0_wp
@@ -66,18 +69,21 @@ contains
                found(:9) = [particles%column(p, at%position:at%position + 2), &
                            particles%column(p, at%stress:at%stress + 5)]
                associate (law => model%materials%slots(model%materials%of_body(particles%body(p)))%law)
+                  moved = motion_of(particles%column(p, :), at)
+                  found(17:16 + size(moved)) = moved
                   found(10) = law%equivalent_plastic_strain(particles%column(p, :))
                end associate
             end associate
          end do
       end do
-      call recover_stress_at(model, where, found(11:))
+      call recover_stress_at(model, where, found(11:16))
       call MPI_Allreduce(MPI_IN_PLACE, found, size(found), MPI_DOUBLE_PRECISION, MPI_SUM, &
                          model%communicator%comm)
       position = found(1:3)
       stress = found(4:9)
       plastic_strain = found(10)
-      recovered = found(11:)
+      recovered = found(11:16)
+      if (present(motion)) motion = found(17:16 + size(motion_columns(model%levels(1)%layout)))
    end subroutine read_probe
 
    !> Collective: id of the particle that a probed one lives on in: itself or its lowest part, which have its

@@ -16,6 +16,7 @@ module m_recorder
    use m_outline_file, only: write_outline
    use m_model, only: model_t
    use m_energy, only: balance_t
+   use m_motion_fields, only: motion_columns
    use m_probe, only: probe_t, choose_particle, read_probe
    use m_history, only: history_t, history_header_t, history_text_length
    use m_snapshot, only: snapshot_t
@@ -112,7 +113,8 @@ contains
             self%probed(n) = choose_particle(model, scene%probes(n)%position)
          end if
          call begin(self%histories(1 + self%tools + n), 'probe_'//scene%probes(n)%name//'.dat', &
-                    probe_header(self%title, scene%probes(n)%name))
+                    probe_header(self%title, scene%probes(n)%name, &
+                                 motion_columns(model%levels(1)%layout)))
       end do
       do n = 1, self%pairs
          associate (groups => model%contact%pairs%specs(n)%groups)
@@ -217,6 +219,7 @@ contains
       type(balance_t), intent(in) :: balance
       type(error_t), intent(inout) :: error
       real(wp) :: area, position(3), stress(6), plastic_strain, recovered(6)
+      real(wp), allocatable :: motion(:)
       integer :: n
       self%rows = 1 + int(model%time/self%history_every*(1.0_wp + 1.0e-12_wp))
       if (.not. self%writes) return
@@ -239,9 +242,11 @@ contains
          end associate
       end do
       do n = 1, self%probes
-         call read_probe(model, self%probed(n), position, stress, plastic_strain, recovered)
+         call read_probe(model, self%probed(n), position, stress, plastic_strain, recovered, &
+                         motion)
          call self%histories(1 + self%tools + n)%append([model%time, position, stress, mises(stress), &
-                                                         plastic_strain, recovered, mises(recovered)], error)
+                                                         plastic_strain, recovered, mises(recovered), &
+                                                         motion], error)
       end do
       do n = 1, self%pairs
          associate (pair => model%contact%pairs%states(n))
@@ -406,8 +411,8 @@ contains
                         'adhesion_work [J]']
    end function pair_header
 
-   function probe_header(title, name) result(header)
-      character(len=*), intent(in) :: title, name
+   function probe_header(title, name, motion) result(header)
+      character(len=*), intent(in) :: title, name, motion(:)
       type(history_header_t) :: header
       header%title = title
       header%zone = 'probe '//name
@@ -417,7 +422,7 @@ contains
                         'equivalent_plastic_strain [1]', 'stress_recovered_xx [Pa]', &
                         'stress_recovered_yy [Pa]', 'stress_recovered_zz [Pa]', &
                         'stress_recovered_yz [Pa]', 'stress_recovered_xz [Pa]', &
-                        'stress_recovered_xy [Pa]', 'von_mises_recovered [Pa]']
+                        'stress_recovered_xy [Pa]', 'von_mises_recovered [Pa]', motion]
    end function probe_header
 
 end module m_recorder

@@ -170,6 +170,9 @@ contains
       real(wp), dimension(3, 3) :: r, inverse
       real(wp) :: signs(3, 8), place(3)
       integer :: k, p
+      associate (h => layout%start_edges) ! so far the mean of the parts
+         if (h > 0) values(9, h:h + 2) = 2.0_wp*values(9, h:h + 2)
+      end associate
       associate (x => layout%position)
          if (.not. (layout%domain > 0 .or. layout%half_sizes)) then
             sound = .true.

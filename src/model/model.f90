@@ -13,6 +13,7 @@ module m_model
    use m_grid_level, only: make_grid_level
    use m_body, only: number_ids
    use m_field_table, only: layout_t
+   use m_motion_fields, only: declare_motion
    use m_level, only: level_t
    use m_surface, only: make_surface
    use m_decomposition, only: settle_blocks, blocks_before
@@ -105,8 +106,7 @@ module m_model
 
    real(wp), parameter :: first_radius = 4.0_wp !< of the ball around a tool's tip in which a level begins
                                                 !< that the error places, in the cells that it refines
-   real(wp), parameter :: largest_move = 0.45_wp !< way of a particle in a step of the coarsest level, in its
-                                                 !< cells: above safety
+   real(wp), parameter :: largest_move = 0.45_wp !< cells of the coarsest level in a step: above safety
 
    interface
       !> The grids of all levels and the regions that they refine.
@@ -263,6 +263,7 @@ contains
             self%effects(m)%columns = table%columns - self%effects(m)%columns
          end do
          if (self%contact%pairs%active()) call self%contact%pairs%declare(table)
+         call declare_motion(table, scene%output, self%method%domain /= domain_fixed)
          splits = 3*(size(self%levels) - 1) + merge(0, of_domains, self%method%domain == domain_fixed)
          layout = table%layout()
          call number_ids(layout, scene%bodies, self%levels(1)%grid%cell, splits, error)

@@ -256,6 +256,9 @@ contains
          end if
          if (at%domain > 0) values(at%domain:at%domain + 8:4) = birth%halves
          values(at%stress:at%stress + 5) = spec%stress
+         if (at%start > 0) values(at%start:at%start + 2) = birth%x
+         if (at%start_edges > 0) values(at%start_edges:at%start_edges + 2) = birth%halves
+         if (at%motion > 0) values(at%motion:at%motion + 8:4) = 1.0_wp
          if (at%orientation > 0) values(at%orientation:at%orientation + 3) = spec%turned_axes()
          if (at%refinement > 0) values(at%refinement) = birth%refinement
          if (at%generation > 0) values(at%generation) = 3*birth%refinement

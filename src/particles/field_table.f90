@@ -49,6 +49,12 @@ module m_field_table
       integer :: pressure_shift = 0   !< the same, from the pressure of the stress to the mean of the cell
       integer :: damage = 0           !< 1 where a particle has failed: its law makes no tension
       integer :: unseen_heat = 0      !< energy that was taken from motion that nodes do not see
+      integer :: start = 0         !< position at the start of the run, which the displacement is from
+      integer :: start_edges = 0   !< half edges of the domain then, along the axes, where domains follow the
+                                   !< material: 3 columns
+      integer :: motion = 0        !< deformation gradient from the start of the run, whatever the law, 9
+                                   !< columns
+      logical :: shows_strain = .false., shows_gradient = .false. !< snapshots have these of it
       integer :: next_position = 0 !< position at the end of the step, while the step still needs the old one
       integer(i8) :: ids_of_body = 10_i8**12 !< ids of body b are those from (b - 1) times this
       integer :: id_bits = 50 !< ids of particles that were never split are below 2^id_bits; bits from there
@@ -61,6 +67,7 @@ module m_field_table
    type :: field_table_t
       type(field_t), allocatable :: fields(:)
       integer :: columns = 0
+      logical :: shows_strain = .false., shows_gradient = .false. !< snapshots have these of the motion
    contains
       procedure :: declare
       procedure :: column
@@ -168,6 +175,11 @@ contains
       layout%damage = self%column('damage')
       layout%unseen_heat = self%column('unseen_heat')
       layout%next_position = self%column('next_position')
+      layout%start = self%column('start')
+      layout%start_edges = self%column('start_edges')
+      layout%motion = self%column('motion_gradient')
+      layout%shows_strain = self%shows_strain
+      layout%shows_gradient = self%shows_gradient
    end function layout
 
    !> Splits that an id has room for: it stays below 2^62.

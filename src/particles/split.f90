@@ -260,6 +260,7 @@ contains
             part(layout%velocity:layout%velocity + 2) = values(layout%velocity:layout%velocity + 2) &
                                                         + matmul(l, shift)
             call set_half_edges(part, layout, r)
+            call share_start(part, values, layout, 0.5_wp*octant_of(octant), shift)
             part(layout%generation) = values(layout%generation) + 3.0_wp
             part(layout%refinement) = values(layout%refinement) + 1.0_wp
          end associate
@@ -294,6 +295,7 @@ contains
       type(shares_t), intent(in) :: shares
       real(wp), dimension(size(shares%extensive)) :: values, upper
       real(wp) :: r(3, 3), shift(3), faster(3)
+      real(wp) :: along(3)
       integer(i8) :: new_id
       integer :: generation
       values = particles%column(p, :)
@@ -320,11 +322,34 @@ contains
          upper(x:x + 2) = upper(x:x + 2) + shift
          upper(v:v + 2) = upper(v:v + 2) + faster
       end associate
+      along = 0.0_wp
+      along(k) = 0.5_wp
+      call share_start(upper, particles%column(p, :), layout, along, shift)
+      call share_start(values, particles%column(p, :), layout, -along, -shift)
       call share_faces(values, shares, r, k, -1.0_wp)
       call share_faces(upper, shares, r, k, 1.0_wp)
       particles%column(p, :) = values
       call particles%append(upper, new_id, particles%body(p))
    end subroutine halve
+
+   !> Where a part of a particle began: in the whole's domain as it was then, which lay along the axes. Where
+   !> domains do not follow the material, as far from the whole as now.
+   pure subroutine share_start(part, whole, layout, place, shift)
+      real(wp), intent(inout) :: part(:)     !< its columns
+      real(wp), intent(in) :: whole(:)       !< those of the whole
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: place(3) !< of its centre in the whole, in half edges; 0 along those not halved
+      real(wp), intent(in) :: shift(3) !< the same, m
+      if (layout%start == 0) return
+      associate (x => layout%start, h => layout%start_edges)
+         if (h == 0) then
+            part(x:x + 2) = whole(x:x + 2) + shift
+            return
+         end if
+         part(x:x + 2) = whole(x:x + 2) + place*whole(h:h + 2)
+         part(h:h + 2) = whole(h:h + 2)*(1.0_wp - abs(place))
+      end associate
+   end subroutine share_start
 
    !> Columns of the areas and arms of faces that particles carry.
    pure function carried(shares) result(columns)

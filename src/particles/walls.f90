@@ -32,6 +32,8 @@ contains
             end if
             x = 2.0_wp*side - x
          end associate
+         if (layout%start > 0) values(layout%start + axis - 1) = 2.0_wp*side - values(layout%start + axis - 1)
+         if (layout%motion > 0) call turn_tensor(values(layout%motion:layout%motion + 8), axis)
          call turn(values(layout%velocity:layout%velocity + 2), axis)
          ! and the edge along the axis itself: a domain is the same both ways
          if (layout%domain > 0) call turn_tensor(values(layout%domain:layout%domain + 8), axis)

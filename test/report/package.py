@@ -23,7 +23,9 @@ check("a scene is read", scene["material"][0]["young"] == [70e9] and scene.direc
 scene.set("output", "formats", ["hdf5"])
 scene.set("body", "particles_per_cell", 1)
 again = Scene(scene.write("changed.nml"))
-check("what is written is read again", again["body"][0]["particles_per_cell"] == [1] and "&probe" in again.text)
+check(
+    "what is written is read again", again["body"][0]["particles_per_cell"] == [1] and "&probe" in again.text
+)
 result = run(scene, progress=False)
 check("it ran to its end", isinstance(result, Run) and result.finished)
 check("histories", {"energy", "tool_cone", "probe_under"} <= set(result.names))

@@ -28,6 +28,8 @@ program split
    call pieces(corners=.true., affine=.true.)
    call pieces(corners=.true., affine=.false.)
    call pieces(corners=.false., affine=.true.)
+   call beginnings(corners=.true.)
+   call beginnings(corners=.false.)
    call pulled(corners=.true.)
    call pulled(corners=.false.)
    call too_often()
@@ -189,6 +191,57 @@ contains
       s(:, 2) = values([first + 5, first + 1, first + 3])
       s(:, 3) = values([first + 4, first + 3, first + 2])
    end function stress_of
+
+   !> Parts of a particle that was deformed by F know where they began: x = F X for each.
+   subroutine beginnings(corners)
+      logical, intent(in) :: corners
+      type(level_t) :: level
+      type(block_t) :: block
+      real(wp), allocatable :: values(:)
+      real(wp) :: f(3, 3), start(3), halves(3)
+      integer :: k, n, p, splits, worn_out
+      do n = 1, 50
+         level = level_t()
+         block = block_t()
+         call declare(level, corners, affine=.true.)
+         call level%table%declare('start', 3, 'm', .false.)
+         call level%table%declare('start_edges', 3, 'm', .false.)
+         level%layout = level%table%layout()
+         f = reshape(chance%several(9, -0.5_wp, 0.5_wp), [3, 3])
+         if (.not. corners) f = 0.0_wp
+         do k = 1, 3
+            f(k, k) = chance%between(2.0_wp, 4.0_wp)
+         end do
+         start = chance%several(3, 0.5_wp, 1.0_wp)
+         halves = chance%several(3, 0.1_wp, 0.2_wp)
+         values = chance%several(level%table%columns, 0.5_wp, 1.0_wp)
+         associate (at => level%layout)
+            values(at%position:at%position + 2) = matmul(f, start)
+            values(at%start:at%start + 2) = start
+            values(at%start_edges:at%start_edges + 2) = halves
+            values(at%generation) = 0.0_wp
+            values(at%stress:at%stress + 5) = 0.0_wp
+            if (corners) then
+               values(at%domain:at%domain + 8) = reshape(f*spread(halves, 1, 3), [9])
+            else
+               values(at%half_size:at%half_size + 2) = [(f(k, k)*halves(k), k=1, 3)]
+            end if
+            call block%reserve(1, level%table%columns)
+            call block%particles%append(values, 1_i8, 1)
+            do k = 1, 4
+               call split_long(block, level%table, at, cell, soft, splits, worn_out)
+            end do
+            call test%check(block%particles%count > 1, 'beginnings: it was split')
+            do p = 1, block%particles%count
+               associate (part => block%particles%column(p, :))
+                  call test%check_close(part(at%position:at%position + 2), &
+                                        matmul(f, part(at%start:at%start + 2)), 1.0e-14_wp, &
+                                        'beginnings: x = F X')
+               end associate
+            end do
+         end associate
+      end do
+   end subroutine beginnings
 
    !> Particles up to 4 cells long, split until none is too long.
    subroutine pieces(corners, affine)
