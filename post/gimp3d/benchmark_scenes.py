@@ -1,7 +1,7 @@
 """Scenes of the book of benchmarks (doc/user/benchmarks.md), made of numbers.
 
 All have one form of body: a block that is bonded to a rigid base, on nested levels whose finest cells lie
-under the tool. The exact solution of the layer (post/gimp3d/layered.py) is that of such a block, so what the base
+under the tool. The exact solution of the layer (layered.py) is that of such a block, so what the base
 adds to stiffness is known. Lengths in the text are whole numbers of the finest cell."""
 
 import math

@@ -15,6 +15,7 @@ COMMANDS = {
     "study": "what the accuracy of a scene costs",
     "solve": "the cheapest settings of a scene that have an error",
     "paraview": "the scene of a run for ParaView, and a picture of it",
+    "closeup": "the imprint for a talk, beside the load over depth, with hardness and modulus",
     "movie": "an animation of a run: its section beside the load over depth",
     "tool_surface": "the tools of a run as surfaces for ParaView",
     "pole_figure": "the texture of the crystals of a run",

@@ -9,7 +9,7 @@ directory (with _NAME before the dot for one of several tools)
 
 hardness.json               all numbers, SI units, each with its uncertainty
 hardness.csv                time [s], depth [nm], load [mN] of the full body, for spreadsheets
-hardness.hld                the same as an instrument's file (nm, uN, s), which micromechanics and nanodent read
+hardness.hld                the same as an instrument has it (nm, uN, s): micromechanics and nanodent read it
 hardness_profile.csv        the surface in rings about the axis, at the largest depth and unloaded
 hardness_load_depth.png, hardness_profile.png, hardness_pressure.png
 hardness_depth.csv, .png    hardness and modulus over depth, with several unloadings

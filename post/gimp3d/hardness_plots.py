@@ -1,4 +1,4 @@
-"""The pictures of post/gimp3d/hardness.py: load over depth with the fits, the surface, the pressure under the tip,
+"""The pictures of hardness.py: load over depth with the fits, the surface, the pressure under the tip,
 numbers over depth."""
 
 import math

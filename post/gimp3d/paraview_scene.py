@@ -13,7 +13,7 @@ xvfb-run -a pvpython ...)
 
 A particle is the parallelepiped of its `domain`, or the box of its `half_size`. The stress is the recovered
 one where the run has it. Tools without an end are drawn as far as half the size of the body; all are cut at
-symmetry sides. Pyramids and tools from files are shown from tools.xdmf (post/gimp3d/tool_surface.py), whole. Exit
+symmetry sides. Pyramids and tools from files are shown from tools.xdmf (tool_surface.py), whole. Exit
 status 2, and one sentence, if the run is not one that can be drawn."""
 
 import argparse

@@ -108,7 +108,7 @@ def rows_of(report, name, answer):
             continue
         if factor is None:
             factor = 1 - (answer.get("poisson") or poisson_of(report)) ** 2
-        rows.append((label, si(factor * value, unit, error=None if sigma is None else factor * sigma)))
+        rows.append((label, si(factor * value, unit, error=factor * sigma if sigma else None)))
     return rows
 
 

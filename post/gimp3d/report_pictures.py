@@ -80,7 +80,7 @@ def section(run, particles):
     contact."""
     cut = plots.Section(run, particles)
     for number, (label, values, unit) in enumerate(cut.panels + cut.more):
-        for view, words in zip(cut.views, ("", ", near the contact")):
+        for view, words in reversed(list(zip(cut.views, ("", ", near the contact")))):
             figure, ax, colours = axes_for(view)
             drawn, value_unit, edges = cut.draw(ax, values, unit, view)
             figure.colorbar(
@@ -247,7 +247,7 @@ def surface(run, particles):
     time_factor, time_unit = plots.scaled("s", [particles.time])
     place = f"seen along {letter} at {particles.time / time_factor:.4g} {time_unit}"
     circle = top.contact_circle()
-    for view, words in zip(top.views, ("", ", near the contact")):
+    for view, words in reversed(list(zip(top.views, ("", ", near the contact")))):
         seen, extent = top.seen(view)
         for short, label, values, value_unit in fields:
             shown = np.where(seen >= 0, values[seen], np.nan)

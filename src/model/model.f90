@@ -104,8 +104,7 @@ module m_model
       procedure :: release
    end type model_t
 
-   real(wp), parameter :: first_radius = 4.0_wp !< of the ball around a tool's tip in which a level begins
-                                                !< that the error places, in the cells that it refines
+   real(wp), parameter :: first_radius = 4.0_wp !< cells: of the ball in which a level of the error begins
    real(wp), parameter :: largest_move = 0.45_wp !< cells of the coarsest level in a step: above safety
 
    interface
