@@ -13,7 +13,7 @@ module m_quasi_static
    use m_norton, only: norton_t
    use m_model, only: model_t, bounds_t
    use m_integrator, only: integrator_t
-   use m_static_complaints, only: complain, reason
+   use m_static_complaints, only: complain, reason, loose_text
    use m_static_motion, only: take_along
    use m_advance, only: migrate
    use m_trial_state, only: relaxation
@@ -224,8 +224,8 @@ contains
          if (self%equilibrium%outcome /= not_held) &
             self%told = self%told//'quasi      step '//to_text(model%step + 1)//' of '//si(now, 's')// &
                      ' has no equilibrium after '//to_text(self%equilibrium%newton)// &
-                     ' Newton iterations ('//reason(self%equilibrium%outcome)//'); it is halved'// &
-                     new_line('a')
+                     ' Newton iterations ('//reason(self%equilibrium%outcome)// &
+                     loose_text(self%equilibrium)//'); it is halved'//new_line('a')
          self%halved = self%halved + 1
          if (0.5_wp*now < self%smallest .or. self%equilibrium%outcome == not_held) then
             call complain(self%equilibrium, model, now, self%way, self%farthest, self%own_way, self%bodies, &

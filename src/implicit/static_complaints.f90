@@ -6,16 +6,18 @@ module m_static_complaints
    use m_text, only: to_text, si
    use m_model, only: model_t
    use m_complaints, only: particle_text
-   use m_equilibrium, only: equilibrium_t, turned, too_far, too_long, not_held
+   use m_equilibrium, only: equilibrium_t, no_convergence, turned, too_far, too_long, not_held
    use m_static_levels, only: longest_way
    use m_static_ways, only: rigid_motion_t
+   use m_static_system, only: static_system_t
    implicit none
    private
-   public :: complain, reason
+   public :: complain, reason, loose_text
 
    character(len=*), parameter :: advice = '; try a smaller step, loads that come on more slowly (ramp), '// &
                                            'smaller cells, or boundaries and tools that hold the body'
 
+   real(wp), parameter :: no_stiffness = 1.0e-8_wp !< of what the diagonal has
 contains
 
    !> Why a step has no equilibrium.
@@ -33,7 +35,7 @@ contains
 
    !> Collective: why there is no equilibrium with a last step (s), and where.
    subroutine complain(equilibrium, model, last, way, farthest, own_way, bodies, error)
-      type(equilibrium_t), intent(in) :: equilibrium
+      type(equilibrium_t), intent(inout) :: equilibrium
       type(model_t), intent(in) :: model
       real(wp), intent(in) :: last
       real(wp), intent(in) :: way        !< the longest of all, in what it may be
@@ -49,7 +51,8 @@ contains
          call fail(error, exit_numerical, not_held_text(equilibrium%system%unheld, bodies))
          return
       end if
-      steps = 'no equilibrium with steps down to '//si(last, 's')//': '//reason(equilibrium%outcome)
+      steps = 'no equilibrium with steps down to '//si(last, 's')//': '//reason(equilibrium%outcome)// &
+              loose_text(equilibrium)
       call find_cause(equilibrium, model, way, farthest, own_way, worst, at, tool)
       mine = worst >= model%communicator%maximum(worst)
       if (mine .and. tool > 0) then
@@ -106,6 +109,44 @@ contains
          end select
       end associate
    end subroutine find_cause
+
+   !> Collective: along which axes contact alone stands against all bodies together, where there are such: a
+   !> tip on a flat body stands next to nothing against a way across it.
+   function loose_text(equilibrium) result(text)
+      type(equilibrium_t), intent(inout) :: equilibrium
+      character(len=:), allocatable :: text
+      text = ''
+      if (equilibrium%outcome /= no_convergence .or. equilibrium%newton == 0) return
+      if (.not. equilibrium%system%inertia%acts) text = loose_axes(equilibrium%system)
+      if (text /= '') text = '; nothing but contact holds the bodies along'//text
+   end function loose_text
+
+   !> Collective: their names.
+   function loose_axes(system) result(text)
+      type(static_system_t), intent(inout) :: system
+      character(len=:), allocatable :: text
+      real(wp), dimension(system%size()) :: way, force
+      real(wp) :: pressing(system%contact%count)
+      character(len=*), parameter :: names = 'xyz'
+      integer :: axis, l, n
+      text = ''
+      pressing = system%contact%list(:system%contact%count)%force
+      system%contact%list(:system%contact%count)%force = 0.0_wp
+      system%presses = .false.
+      do axis = 1, 3
+         way = 0.0_wp
+         do l = 1, size(system%levels)
+            do n = 1, system%levels(l)%unknowns%count
+               if (system%levels(l)%unknowns%at(1, n) == axis) way(system%levels(l)%before + n) = 1.0_wp
+            end do
+         end do
+         call system%multiply(way, force)
+         if (system%dot(way, force) > no_stiffness*system%dot(way, system%bare*way)) cycle
+         if (text /= '') text = text//' and'
+         text = text//' '//names(axis:axis)
+      end do
+      system%contact%list(:system%contact%count)%force = pressing
+   end function loose_axes
 
    !> Of a body that nothing holds.
    function not_held_text(motion, bodies) result(text)
