@@ -146,7 +146,41 @@ def deep(bounds):
     require("deep: domains are chosen", "chosen     domain='corners'" in said)
 
 
+def rolling():
+    """A ball of five cells a radius rolls down a standing cylinder four times as large: the speed that what it
+    has fallen by gives a ball that does not slip. It is pressed in by a hundredth."""
+    gravity, far, start = 2e-3, 4.96, np.radians(20)
+    x, z = (float(5 * f(start)) for f in (np.sin, np.cos))
+    run(
+        "&scene title='rolling', end_time=62 /\n"
+        "&grid lower=-0.6,0,0.6, upper=6,1.4,6.4, cell_size=0.2, "
+        "boundary='free','free','symmetry','free','free','free' /\n"
+        "&material name='m', model='elastic', density=1, young=1, poisson=0.3 /\n"
+        f"&body material='m', shape='sphere', center={x!r},0,{z!r}, radius=1 /\n"
+        "&tool name='hill', shape='cylinder', radius=4, edge=0,1,0, tip=0,0,4, axis=0,0,1, "
+        "times=0, speeds=0, friction=0.6 /\n"
+        f"&gravity acceleration=0,0,{-gravity} /\n"
+        "&output directory='rolling', formats='none', history_every=0.25 /\n",
+        1,
+    )
+    rows = History(Path("rolling") / "energy.dat")
+    time = rows["time"]
+    speed = [rows[f"momentum_{axis}"] / rows["mass"][0] for axis in "xz"]
+    way = [np.append(0, np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(time))) for v in speed]
+    angle = np.arctan2(x + way[0], z + way[1])
+    along = speed[0] * np.cos(angle) - speed[1] * np.sin(angle)
+    exact = np.sqrt(10 / 7 * gravity * far * np.maximum(0, np.cos(start) - np.cos(angle)))
+    for at, bound in {40: 0.03, 60: 0.015}.items():
+        near = np.abs(time - at) < 1.9
+        check(
+            f"ball that rolls down a cylinder, after {at} s: speed over the exact one",
+            along[near].mean() / exact[near].mean() - 1,
+            bound,
+        )
+
+
 if sys.argv[1:] == ["long"]:
+    rolling()
     for cells in (15, 15.33, 15.67):
         ball(cells, 0.003, {2: 0.05, 3.5: 0.03, 5: 0.02})
         disk(cells, 0.003, {2: 0.05, 3.5: 0.03, 5: 0.02})
