@@ -13,3 +13,15 @@
 #else
 #define NUMBER_OF(reason) reason%v
 #endif
+
+! Values as a Fortran pointer.
+#if PETSC_VERSION_GE(3,23,0)
+#undef VecGetArrayF90
+#undef VecRestoreArrayF90
+#undef VecGetArrayReadF90
+#undef VecRestoreArrayReadF90
+#define VecGetArrayF90 VecGetArray
+#define VecRestoreArrayF90 VecRestoreArray
+#define VecGetArrayReadF90 VecGetArrayRead
+#define VecRestoreArrayReadF90 VecRestoreArrayRead
+#endif

@@ -47,9 +47,10 @@ for ranks in (1, 2):
     run(ranks, restart=directory)
     same(f"{ranks} ranks: after USR1, TERM and INT", "straight", directory)
 
-# mpirun hands SIGUSR1 on at once, SIGTERM after so many seconds, after as many more it kills; its status is
-# its own
+# mpirun hands SIGUSR1 on at once; SIGTERM, of Open MPI 4, after so many seconds, after as many more it kills;
+# its status is its own; of Open MPI 5 it kills 0.2 s after SIGTERM
 os.environ["OMPI_MCA_odls_base_sigkill_timeout"] = "8"
+version = subprocess.run(["mpirun", "--version"], capture_output=True, text=True).stdout
 process = start(2, scene(PLASTIC, "launcher", end=2000, every=0, history=1))
 wait_for(lambda: Path("launcher", "energy.dat").exists(), process)
 process.send_signal(signal.SIGUSR1)
@@ -57,12 +58,15 @@ require("mpirun passes SIGUSR1 on", wait_for(lambda: len(checkpoints("launcher")
 first = newest_step("launcher")
 process.send_signal(signal.SIGTERM)
 process.communicate()
-log = Path("launcher", "run.log").read_text()
-require(f"mpirun passes SIGTERM on, and ends with status {process.returncode}", "stopped by SIGTERM" in log)
-require(
-    "with a newer checkpoint, and nothing begun",
-    newest_step("launcher") > first and not list(Path("launcher").glob("*.part")),
-)
+if "(Open MPI) 4" in version:
+    log = Path("launcher", "run.log").read_text()
+    require(
+        f"mpirun passes SIGTERM on, and ends with status {process.returncode}", "stopped by SIGTERM" in log
+    )
+    require("with a newer checkpoint", newest_step("launcher") > first)
+    require("and nothing begun", not list(Path("launcher").glob("*.part")))
+else:
+    print(f"left out: SIGTERM to mpirun, {version.splitlines()[0]}")
 
 # the limit on the wall; going on with another one
 output = run(1, scene(PLASTIC, "limit", "wall_limit=0.05", end=END, every=0.2, history=0.001), expect=5)
