@@ -136,7 +136,7 @@ def options_of(root):
     """All options --name that the scripts of post/ know."""
     return {
         name
-        for path in (root / "post").glob("*.py")
+        for path in (root / "post/gimp3d").glob("*.py")
         for name in re.findall(r'add_argument\(\s*"(--[\w-]+)"', path.read_text())
     }
 
