@@ -8,6 +8,7 @@ module m_scene
    use m_rotations, only: no_rotation, from_euler, quaternion_of
    use m_group_reader, only: name_length
    use m_offer, only: offer_t, offer_slot_t
+   use m_section, only: section_t
    use m_shape, only: shape_t
    use m_friction_law, only: surface_friction_t
    implicit none
@@ -36,6 +37,7 @@ module m_scene
       real(wp) :: cell_size = 0.0_wp     !< m
       integer :: cells(3) = 0            !< from the three above
       integer :: boundary(6) = boundary_free
+      type(section_t) :: section         !< of the whole scene: what its bodies and tools are given by
    end type grid_spec_t
 
    !> The largest safety for particles_per_cell 1, 8 and 27 (doc/user/accuracy.md, stability).
@@ -76,6 +78,7 @@ module m_scene
       character(len=:), allocatable :: contact_group !< bodies of one are bonded where they touch; empty: that
                                                      !< of all bodies that name none
       integer :: field = 1               !< the group's number: bodies of one share a velocity field
+      type(section_t) :: section         !< that it is given by, as the grid's
    contains
       procedure :: turned_axes
    end type body_spec_t

@@ -118,6 +118,10 @@ contains
       character(len=:), allocatable :: variable
       associate (body => scene%bodies(i), shape => scene%bodies(i)%shape, grid => scene%grid)
          call shape%bounding_box(lower, upper)
+         if (grid%section%is_flat()) then ! the section is all that there is of it
+            lower(2) = grid%lower(2)
+            upper(2) = grid%upper(2)
+         end if
          inner_lower = lower
          inner_upper = upper
          if (.not. shape%is_lattice()) then ! a symmetry plane may cut it
@@ -134,7 +138,8 @@ contains
          particle = grid%cell_size/nint(body%particles_per_cell**(1.0_wp/3.0_wp))
          call shape%thinnest(thickness, variable)
          if (shape%is_lattice()) &
-            call check_whole_particles(text%place('body', i, variable), lower, upper, particle, error)
+            call check_whole_particles(text%place('body', i, variable), lower, upper, particle, &
+                                       scene%grid%section%is_flat(), error)
          if (thickness >= particle*(1.0_wp - whole)) return
          call fail(error, exit_input, text%place('body', i, variable)//': the body is '// &
                    to_text(thickness, 6)// &
@@ -143,16 +148,18 @@ contains
    end subroutine check_body
 
    !> The edges of a box are whole numbers of particles, so that its mass is exact.
-   subroutine check_whole_particles(place, lower, upper, particle, error)
+   subroutine check_whole_particles(place, lower, upper, particle, flat, error)
       character(len=*), intent(in) :: place !< line, group and variable
       real(wp), intent(in) :: lower(3), upper(3)
       real(wp), intent(in) :: particle      !< edge of a particle, m
+      logical, intent(in) :: flat           !< of a section: y does not count
       type(error_t), intent(inout) :: error
       character(len=1), parameter :: axes(3) = ['x', 'y', 'z']
       real(wp) :: count
       integer :: axis
       do axis = 1, 3
          count = (upper(axis) - lower(axis))/particle
+         if (flat .and. axis == 2) cycle
          if (count < 1.0_wp .or. abs(count - anint(count)) <= 1.0e-6_wp*count) cycle
          call fail(error, exit_input, place//': the box is '//to_text(count, 6)//' particles of '// &
                    to_text(particle, 6)//' m long in '//axes(axis)//'; allowed: a whole number, nearest '// &

@@ -16,6 +16,7 @@ module m_scene_groups
       describe_nth_motion
    use m_scene_static, only: describe_quasi_static, brings_in_statics
    use m_scene_words
+   use m_section, only: geometry_words
    use m_value_range, only: above, at_least, any_value
    use m_words, only: advice, joined, lower_case
    implicit none
@@ -295,6 +296,8 @@ contains
       type(group_reader_t), intent(inout) :: group
       type(grid_spec_t), intent(inout) :: grid
       integer :: choices(6), side
+      if (grid%section%is_flat() .or. .not. group%is_writing()) &
+         call group%get_choice('geometry', grid%section%geometry, geometry_words)
       call group%get('lower', grid%lower, any_value('m'), required=.true.)
       call group%get('upper', grid%upper, any_value('m'), required=.true.)
       call group%get('cell_size', grid%cell_size, above(0.0_wp, 'm'), required=.true.)

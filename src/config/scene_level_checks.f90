@@ -34,6 +34,7 @@ module m_scene_level_checks
       real(wp) :: grid_size(3)
       real(wp) :: parent_lower(3), parent_upper(3)
       logical :: alone = .true. !< it is the grid or one box
+      logical :: flat = .false. !< of a section, which all boxes have across it
       real(wp) :: lower(3), upper(3)
    contains
       procedure :: metres
@@ -108,6 +109,7 @@ contains
       type(nest_t), intent(out) :: nest
       integer :: parent
       nest%origin = scene%grid%lower
+      nest%flat = scene%grid%section%is_flat()
       nest%cell = scene%grid%cell_size/2**(of - 1)
       nest%grid_size = real(scene%grid%cells, wp)*2**(of - 1)
       nest%parent = 'the grid'
@@ -256,7 +258,7 @@ contains
       integer :: axis
       do axis = 1, 3
          width = nest%upper(axis) - nest%lower(axis)
-         if (width >= least_width) cycle
+         if (width >= least_width .or. (nest%flat .and. axis == 2)) cycle
          call fail(error, exit_input, at//': the box is '//cells(width)//' of '//nest%parent//' wide in '// &
                    axes(axis)// &
                    '; allowed: at least '//to_text(least_width)//' of '//to_text(nest%cell, 6)//' m')

@@ -14,6 +14,7 @@ module m_scene_reader
    use m_scene_checks, only: check_scene
    use m_scene_groups, only: read_groups
    use m_scene_particles, only: choose_fill, choose_domain
+   use m_scene_section, only: take_sections
    implicit none
    private
    public :: read_scene, interpret_scene
@@ -63,6 +64,7 @@ contains
       end if
       if (.not. error%happened()) call read_groups(parsed, catalogue, scene, error)
       if (.not. error%happened()) call load_shapes(communicator, parsed, scene, error)
+      if (.not. error%happened()) call take_sections(parsed, scene, error)
       if (.not. error%happened()) call carve_bodies(parsed, scene, error)
       if (.not. error%happened()) then
          call choose_fill(scene)

@@ -276,8 +276,7 @@ contains
          c%opposite = tool%velocity_at(place_of(c))
          if (c%gap + time_step*(c%speed - dot_product(c%normal, c%opposite)) > margin*edge &
              .and. .not. carried) return
-         c%area = edge**2
-         if (deform(level)) c%area = min(column(p, at%volume)/thickness, largest_face*level%grid%cell**2)
+         call set_area(c, level, edge, thickness, column(p, at%volume))
          c%mass = column(p, at%mass)
          c%force = expected(column(p, self%pressure), column(p, self%earlier))*c%area
          c%has_friction = has_friction(tool%spec%friction)
@@ -290,6 +289,19 @@ contains
          self%count = self%count + 1
       end associate
    end subroutine take
+
+   !> Area of the face of a candidate whose place is known.
+   pure subroutine set_area(c, level, edge, thickness, volume)
+      type(candidate_t), intent(inout) :: c
+      type(level_t), intent(in) :: level
+      real(wp), intent(in) :: edge, thickness, volume !< of the particle, m and m3
+      c%area = edge**2
+      if (deform(level)) c%area = min(volume/thickness, largest_face*level%grid%cell**2)
+      if (.not. level%grid%section%is_flat()) return
+      c%depth = level%grid%section%depth(c%from(1))
+      c%area = edge*c%depth
+      if (deform(level)) c%area = min(volume/thickness, sqrt(largest_face)*level%grid%cell*c%depth)
+   end subroutine set_area
 
    !> Those between bodies are all there, from `first` on, block by block: which are whose.
    subroutine order_pairs(self, blocks, first)

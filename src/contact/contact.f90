@@ -17,7 +17,7 @@ module m_contact
    use m_candidates, only: candidates_t
    use m_body_pairs, only: body_pairs_t
    use m_pair_reactions, only: find_slip
-   use m_contact_point, only: candidate_t, point_velocity, overlap_rate
+   use m_contact_point, only: candidate_t, point_velocity, width_of, overlap_rate
    use m_friction_law, only: has_friction
    use m_friction_limit, only: friction_limit
    use m_friction, only: friction_t
@@ -277,7 +277,7 @@ contains
    !> The gap that the condition holds open: of an overlap no more than is taken back in a step, m.
    pure real(wp) function held_gap(c)
       type(candidate_t), intent(in) :: c
-      held_gap = max(c%gap, -overlap_rate*sqrt(c%area))
+      held_gap = max(c%gap, -overlap_rate*width_of(c))
    end function held_gap
 
    !> Where the nodes leave a point that is pressed, or was: its gap is carried on from there.

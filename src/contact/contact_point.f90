@@ -11,7 +11,7 @@ module m_contact_point
    use m_face_weights, only: face_weights_t, weigh, mix
    implicit none
    private
-   public :: candidate_t, no_candidate, partner_t, drift_of, set_face, place_face, spread_inward, &
+   public :: candidate_t, no_candidate, partner_t, drift_of, width_of, set_face, place_face, spread_inward, &
              point_velocity, tool_velocity, place_of, overlap_rate, margin, sliding
 
    !> A particle that would end the step inside a tool or another body, or within a margin of it.
@@ -33,6 +33,7 @@ module m_contact_point
                                  !< contact, m/s
       real(wp) :: opposite(3) = 0.0_wp !< velocity of the tool or the other body there without contact, m/s
       real(wp) :: area = 0.0_wp  !< m2
+      real(wp) :: depth = 0.0_wp !< of a section: how far the face goes on across it, m; 0: there is none
       real(wp) :: mass = 1.0_wp  !< kg
       real(wp) :: force = 0.0_wp !< N
       real(wp) :: opening = 0.0_wp !< speed at which its gap opens with that force, m/s
@@ -76,10 +77,20 @@ contains
       type(candidate_t), intent(in) :: c
       drift = 0.0_wp
       if (.not. (c%force > 0.0_wp .or. c%partner > 0)) return
-      associate (most => overlap_rate*sqrt(c%area))
+      associate (most => overlap_rate*width_of(c))
          drift = min(max(c%drift, -most), most)
       end associate
    end function drift_of
+
+   !> Edge of its face, m.
+   pure real(wp) function width_of(c)
+      type(candidate_t), intent(in) :: c
+      if (c%depth > 0.0_wp) then
+         width_of = c%area/c%depth
+      else
+         width_of = sqrt(c%area)
+      end if
+   end function width_of
 
    !> The nodes of a contact point and their weights. The traction acts on the face of the particle, not in
    !> its volume: a uniform pressure then makes a uniform stress, wherever the surface stands in its cell
@@ -120,6 +131,7 @@ contains
             reflection(axis) = -1.0_wp
          end do
       end do
+      if (grid%section%is_flat()) halves(2, :) = 0.0_wp ! all on its plane
       call weigh(face, node, folded, halves, turns)
    end subroutine place_face
 

@@ -64,10 +64,10 @@ contains
       associate (block => level%blocks(b), column => level%blocks(b)%particles%column, at => level%layout)
          associate (law => materials%slots(materials%of_body(block%particles%body(p)))%law)
             if (at%half_sizes) then
-               edge = (column(p, at%volume))**(1.0_wp/3.0_wp)
+               edge = level%edge(column(p, :))
                thickness = box_thickness(law, column(p, :), at, normal)
             else if (deform(level)) then
-               edge = (column(p, at%volume))**(1.0_wp/3.0_wp)
+               edge = level%edge(column(p, :))
                thickness = level%thickness(column(p, :), normal)
             else
                edge = 2.0_wp*column(p, at%half_size)

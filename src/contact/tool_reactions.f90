@@ -76,6 +76,13 @@ contains
                                                           - tool_velocity(tools, it))
          end associate
       end do
+      if (.not. level%grid%section%is_round()) return
+      do c = 1, size(reactions) ! all around only what goes along the axis is left
+         reactions(c)%load(:2) = 0.0_wp
+         reactions(c)%moment = 0.0_wp
+         reactions(c)%rub(:2) = 0.0_wp
+         reactions(c)%rub_moment = 0.0_wp
+      end do
    end subroutine accumulate_reactions
 
    !> What the forces of the step do on pressed particles of one block by the motion that these have just

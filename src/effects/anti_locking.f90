@@ -9,6 +9,7 @@ module m_anti_locking
    use m_particle_store, only: particle_store_t
    use m_stencil, only: frame_t
    use m_effect, only: effect_t, hooks_t
+   use m_section, only: section_t
    implicit none
    private
    public :: anti_locking_t
@@ -19,6 +20,7 @@ module m_anti_locking
    type, extends(effect_t) :: anti_locking_t
       integer :: kind = kind_volumetric
    contains
+      procedure :: take_section
       procedure :: variables
       procedure :: declined
       procedure :: declare
@@ -68,5 +70,13 @@ contains
       call take_means(particles%count, cells%bin, layout, frame, sums, particles%column, gradient, &
                       cells%standing)
    end subroutine on_cells
+
+   !> The same in any section.
+   subroutine take_section(self, section, why)
+      class(anti_locking_t), intent(inout) :: self
+      type(section_t), intent(in) :: section
+      character(len=:), allocatable, intent(out) :: why
+      why = ''
+   end subroutine take_section
 
 end module m_anti_locking

@@ -9,6 +9,7 @@ module m_bulk_viscosity
    use m_particle_store, only: particle_store_t
    use m_materials, only: materials_t
    use m_effect, only: effect_t, hooks_t
+   use m_section, only: section_t
    implicit none
    private
    public :: bulk_viscosity_t
@@ -18,6 +19,7 @@ module m_bulk_viscosity
       real(wp), allocatable :: p_wave_modulus(:) !< of each body's material, Pa
       integer :: pressure = 0, heat = 0      !< columns
    contains
+      procedure :: take_section
       procedure :: variables
       procedure :: hooks
       procedure :: declare
@@ -118,5 +120,13 @@ contains
       integer, intent(in) :: first, last
       dissipated = sum(column(first:last, self%heat))
    end function dissipated
+
+   !> The same in any section.
+   subroutine take_section(self, section, why)
+      class(bulk_viscosity_t), intent(inout) :: self
+      type(section_t), intent(in) :: section
+      character(len=:), allocatable, intent(out) :: why
+      why = ''
+   end subroutine take_section
 
 end module m_bulk_viscosity

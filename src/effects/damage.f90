@@ -17,6 +17,7 @@ module m_damage
    use m_materials, only: materials_t
    use m_level, only: level_t
    use m_effect, only: effect_t, hooks_t
+   use m_section, only: section_t
    implicit none
    private
    public :: damage_t
@@ -43,6 +44,7 @@ module m_damage
       integer :: damage = 0, strain = 0, tension = 0, lost = 0, worked = 0 !< columns
       integer :: plastic = 0, work = 0, temperature = 0 !< columns of the laws; 0 where there are none
    contains
+      procedure :: take_section
       procedure :: variables
       procedure :: hooks
       procedure :: declare
@@ -314,5 +316,13 @@ contains
       text = 'damage: '//to_text(communicator%sum_count(failed))//' particles have failed, '// &
              si(1000.0_wp*communicator%sum_real(mass), 'g')
    end function summary
+
+   !> The same in any section.
+   subroutine take_section(self, section, why)
+      class(damage_t), intent(inout) :: self
+      type(section_t), intent(in) :: section
+      character(len=:), allocatable, intent(out) :: why
+      why = ''
+   end subroutine take_section
 
 end module m_damage

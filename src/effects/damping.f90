@@ -11,6 +11,7 @@ module m_damping
    use m_field_table, only: field_table_t
    use m_group_reader, only: group_reader_t
    use m_value_range, only: range_t, at_least
+   use m_section, only: section_t
    implicit none
    private
    public :: damping_t
@@ -25,6 +26,7 @@ module m_damping
       real(wp) :: coefficient = 0.0_wp !< local: 1; viscous: 1/s
       integer, private :: heat = 0     !< column
    contains
+      procedure :: take_section
       procedure :: variables
       procedure :: declare
       procedure :: hooks
@@ -119,5 +121,13 @@ contains
          end do
       end do
    end subroutine on_nodes
+
+   !> The same in any section.
+   subroutine take_section(self, section, why)
+      class(damping_t), intent(inout) :: self
+      type(section_t), intent(in) :: section
+      character(len=:), allocatable, intent(out) :: why
+      why = ''
+   end subroutine take_section
 
 end module m_damping

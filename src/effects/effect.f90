@@ -13,6 +13,7 @@ module m_effect
    use m_shape, only: shape_t
    use m_offer, only: offer_t
    use m_particle_store, only: particle_store_t
+   use m_section, only: section_t
    use m_stencil, only: frame_t
    implicit none
    private
@@ -37,6 +38,7 @@ module m_effect
    type, abstract, extends(offer_t) :: effect_t
    contains
       procedure(hooks_interface), deferred :: hooks
+      procedure :: take_section
       procedure :: declare
       procedure :: prepare
       procedure :: initialise
@@ -76,6 +78,14 @@ module m_effect
    ! The default of every other procedure is to do nothing.
 
 contains
+
+   !> An effect that knows of sections says so.
+   subroutine take_section(self, section, why)
+      class(effect_t), intent(inout) :: self
+      type(section_t), intent(in) :: section
+      character(len=:), allocatable, intent(out) :: why
+      why = 'not with geometry='''//section%word()//''' yet; allowed in 3D'
+   end subroutine take_section
 
    !> Add the particle fields that the effect needs. Their columns do not change afterwards: the effect may
    !> keep `table%column(name)`.

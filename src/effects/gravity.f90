@@ -6,6 +6,7 @@ module m_gravity
    use m_field_table, only: layout_t
    use m_group_reader, only: group_reader_t
    use m_value_range, only: any_value
+   use m_section, only: section_t
    implicit none
    private
    public :: gravity_t
@@ -13,6 +14,7 @@ module m_gravity
    type, extends(effect_t) :: gravity_t
       real(wp) :: field(3) = 0.0_wp !< m/s2
    contains
+      procedure :: take_section
       procedure :: variables
       procedure :: hooks
       procedure :: on_nodes
@@ -67,5 +69,18 @@ contains
          end do
       end associate
    end function potential
+
+   !> In the section, and along the axis where that is one of revolution.
+   subroutine take_section(self, section, why)
+      class(gravity_t), intent(inout) :: self
+      type(section_t), intent(in) :: section
+      character(len=:), allocatable, intent(out) :: why
+      why = ''
+      if (section%is_round() .and. any(abs(self%field(1:2)) > 0.0_wp)) then
+         why = 'acceleration must be along z, the axis, with geometry='''//section%word()//''''
+      else if (abs(self%field(2)) > 0.0_wp) then
+         why = 'acceleration must have y=0 with geometry='''//section%word()//''''
+      end if
+   end subroutine take_section
 
 end module m_gravity

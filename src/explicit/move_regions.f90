@@ -110,7 +110,8 @@ contains
             if (specs(part)%of /= l - 1) cycle
             parts = [parts, part_now(model, part, ways)]
             call parts(size(parts))%node_box(low, high)
-            if (specs(part)%follow == 0 .or. all(high - low >= 2*smallest_width)) cycle
+            if (specs(part)%follow == 0 .or. all(high - low >= 2*smallest_width .or. [.false., &
+                model%levels(l)%grid%section%is_flat(), .false.])) cycle
             call fail(error, exit_numerical, 'time '//to_text(model%time)//' s: level '//to_text(l)// &
                       ' has followed its tool or body until its box has less than '// &
                       to_text(smallest_width)// &

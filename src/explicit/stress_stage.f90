@@ -92,10 +92,10 @@ contains
       associate (level => model%levels(l), particles => model%levels(l)%blocks(b)%particles, &
                  at => model%levels(l)%layout)
          if (at%domain > 0) then
-            call advance_half_edges(particles%count, level%gradient, time_step, &
+            call advance_half_edges(particles%count, level%gradient, time_step, at%section%is_flat(), &
                                     particles%column(:, at%domain:at%domain + 8))
          else
-            call advance_half_sizes(particles%count, level%gradient, time_step, &
+            call advance_half_sizes(particles%count, level%gradient, time_step, at%section%is_flat(), &
                                     particles%column(:, at%half_size:at%half_size + 2), smallest)
             if (.not. smallest > 0.0_wp) call fail(error, exit_numerical, &
                                                    particle_text(model, l, b, thinnest(particles, at))// &

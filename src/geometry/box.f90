@@ -4,6 +4,7 @@ module m_box
    use m_group_reader, only: group_reader_t
    use m_number_text, only: reals_text
    use m_value_range, only: any_value
+   use m_section, only: section_t
    use m_shape, only: convex_t
    implicit none
    private
@@ -12,6 +13,7 @@ module m_box
    type, extends(convex_t) :: box_t
       real(wp) :: lower(3) = 0.0_wp !< m
       real(wp) :: upper(3) = 0.0_wp !< m
+      logical :: goes_on = .false.  !< along y, without end: of a section
    contains
       procedure :: variables
       procedure :: distance_and_normal
@@ -21,6 +23,7 @@ module m_box
       procedure :: is_lattice
       procedure :: thinnest
       procedure :: place_name
+      procedure :: take_section
    end type box_t
 
 contains
@@ -41,6 +44,7 @@ contains
       real(wp) :: from_centre(3), excess(3)
       from_centre = place - 0.5_wp*(self%lower + self%upper)
       excess = abs(from_centre) - 0.5_wp*(self%upper - self%lower)
+      if (self%goes_on) excess(2) = -huge(1.0_wp)
       distance = norm2(max(excess, 0.0_wp)) + min(maxval(excess), 0.0_wp)
       if (distance > 0.0_wp) then
          normal = max(excess, 0.0_wp)/distance
@@ -61,7 +65,7 @@ contains
    pure logical function inside(self, place)
       class(box_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
-      inside = all(place > self%lower) .and. all(place < self%upper)
+      inside = all((place > self%lower .and. place < self%upper) .or. [.false., self%goes_on, .false.])
    end function inside
 
    pure function lattice_origin(self) result(origin)
@@ -79,9 +83,19 @@ contains
       class(box_t), intent(in) :: self
       real(wp), intent(out) :: thickness
       character(len=:), allocatable, intent(out) :: variable
-      thickness = minval(self%upper - self%lower)
+      thickness = minval(self%upper - self%lower, mask=[.true., .not. self%goes_on, .true.])
       variable = 'upper'
    end subroutine thinnest
+
+   !> The section of a ring, or of a bar along y. What the scene says of y does not count.
+   subroutine take_section(self, section, why)
+      class(box_t), intent(inout) :: self
+      type(section_t), intent(in) :: section
+      character(len=:), allocatable, intent(out) :: why
+      why = ''
+      if (section%is_round() .and. self%lower(1) < 0.0_wp) why = 'must not reach below x=0, the axis'
+      self%goes_on = .true.
+   end subroutine take_section
 
    pure function place_name(self, down) result(name)
       class(box_t), intent(in) :: self

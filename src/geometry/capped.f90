@@ -5,7 +5,8 @@ module m_capped
    use m_constants, only: pi
    use m_group_reader, only: group_reader_t
    use m_value_range, only: any_value, above
-   use m_shape, only: convex_t
+   use m_section, only: section_t
+   use m_shape, only: convex_t, why_not_round
    use m_shape_variables, only: make_unit
    use m_cone, only: cone_t
    use m_regular_pyramid, only: regular_pyramid_t
@@ -35,6 +36,7 @@ module m_capped
       procedure :: form_distance => cone_distance
       procedure :: form_radius => cone_radius
       procedure :: volume => cone_volume
+      procedure :: take_section => cone_section
    end type capped_cone_t
 
    type, extends(capped_t) :: capped_pyramid_t
@@ -153,6 +155,13 @@ contains
       volume = volume - pi/3.0_wp*(r*cos(self%form%half_angle))**2 &
                *(cap + before(r, self%form%half_angle)) + pi/3.0_wp*cap**2*(3.0_wp*r - cap)
    end function cone_volume
+
+   subroutine cone_section(self, section, why)
+      class(capped_cone_t), intent(inout) :: self
+      type(section_t), intent(in) :: section
+      character(len=:), allocatable, intent(out) :: why
+      why = why_not_round(section, self%tip, self%axis)
+   end subroutine cone_section
 
    subroutine pyramid_variables(self, group)
       class(capped_pyramid_t), intent(inout) :: self

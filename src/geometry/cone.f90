@@ -3,7 +3,8 @@
 module m_cone
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t
-   use m_shape, only: convex_t
+   use m_section, only: section_t
+   use m_shape, only: convex_t, why_not_round
    use m_shape_variables, only: get_half_angle, get_tip_radius
    use m_vectors, only: split_along
    implicit none
@@ -18,6 +19,7 @@ module m_cone
       procedure :: variables
       procedure :: prepare
       procedure :: distance_and_normal
+      procedure :: take_section
    end type cone_t
 
 contains
@@ -56,5 +58,12 @@ contains
       end if
       distance = distance - self%tip_radius
    end subroutine distance_and_normal
+
+   subroutine take_section(self, section, why)
+      class(cone_t), intent(inout) :: self
+      type(section_t), intent(in) :: section
+      character(len=:), allocatable, intent(out) :: why
+      why = why_not_round(section, [0.0_wp, 0.0_wp, 0.0_wp], self%axis)
+   end subroutine take_section
 
 end module m_cone

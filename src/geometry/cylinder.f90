@@ -4,7 +4,8 @@ module m_cylinder
    use m_constants, only: pi
    use m_group_reader, only: group_reader_t
    use m_value_range, only: any_value, above
-   use m_shape, only: convex_t
+   use m_section, only: section_t
+   use m_shape, only: convex_t, why_not_round, why_not_along
    use m_shape_variables, only: make_unit
    implicit none
    private
@@ -24,6 +25,7 @@ module m_cylinder
       procedure :: centre
       procedure :: lattice_origin
       procedure :: thinnest
+      procedure :: take_section
    end type cylinder_t
 
 contains
@@ -107,5 +109,20 @@ contains
       thickness = self%height
       variable = 'height'
    end subroutine thinnest
+
+   !> About the axis, or along y.
+   subroutine take_section(self, section, why)
+      class(cylinder_t), intent(inout) :: self
+      type(section_t), intent(in) :: section
+      character(len=:), allocatable, intent(out) :: why
+      if (section%is_round()) then
+         why = why_not_round(section, self%center, self%axis)
+      else
+         why = why_not_along(section, self%axis)
+         if (why == '' .and. .not. (min(0.0_wp, self%height*self%axis(2)) < -self%center(2) &
+                                    .and. max(0.0_wp, self%height*self%axis(2)) > -self%center(2))) &
+            why = 'must reach across y=0, the section'
+      end if
+   end subroutine take_section
 
 end module m_cylinder

@@ -2,7 +2,8 @@
 module m_flat
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t
-   use m_shape, only: convex_t
+   use m_section, only: section_t
+   use m_shape, only: convex_t, why_not_round
    use m_value_range, only: above
    use m_vectors, only: split_along
    implicit none
@@ -14,6 +15,7 @@ module m_flat
    contains
       procedure :: variables
       procedure :: distance_and_normal
+      procedure :: take_section
    end type flat_t
 
 contains
@@ -43,5 +45,12 @@ contains
          normal = radial
       end if
    end subroutine distance_and_normal
+
+   subroutine take_section(self, section, why)
+      class(flat_t), intent(inout) :: self
+      type(section_t), intent(in) :: section
+      character(len=:), allocatable, intent(out) :: why
+      why = why_not_round(section, [0.0_wp, 0.0_wp, 0.0_wp], self%axis)
+   end subroutine take_section
 
 end module m_flat

@@ -2,7 +2,8 @@
 module m_roller
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t
-   use m_shape, only: convex_t
+   use m_section, only: section_t
+   use m_shape, only: convex_t, why_not_along
    use m_shape_variables, only: get_edge
    use m_sphere, only: round
    use m_value_range, only: above
@@ -21,6 +22,7 @@ module m_roller
       procedure :: prepare
       procedure :: distance_and_normal
       procedure :: reach
+      procedure :: take_section
    end type roller_t
 
    real(wp), parameter :: parallel = 1.0e-9_wp !< an axis so near to the centre line's direction has that one
@@ -61,5 +63,12 @@ contains
       way = -self%radius*self%axis - place
       reach = norm2(way - dot_product(way, axis)*axis) + self%radius
    end function reach
+
+   subroutine take_section(self, section, why)
+      class(roller_t), intent(inout) :: self
+      type(section_t), intent(in) :: section
+      character(len=:), allocatable, intent(out) :: why
+      why = why_not_along(section, part_across(self%edge, self%axis))
+   end subroutine take_section
 
 end module m_roller

@@ -8,9 +8,11 @@ module m_shape
    use m_kinds, only: wp
    use m_communicator, only: communicator_t
    use m_offer, only: offer_t
+   use m_section, only: section_t
+   use m_vectors, only: cross
    implicit none
    private
-   public :: shape_t, convex_t
+   public :: shape_t, convex_t, why_not_round, why_not_along, runs_along
 
    type, abstract, extends(offer_t) :: shape_t
       logical :: of_tool = .false. !< the tool says where it is
@@ -38,6 +40,7 @@ module m_shape
       procedure :: is_lattice
       procedure :: thinnest
       procedure :: place_name
+      procedure :: take_section
    end type shape_t
 
    !> A shape whose distance is a convex function of the place: where two of them are nearest is then found
@@ -217,6 +220,57 @@ contains
       thickness = minval(upper - lower)
       variable = 'shape'
    end subroutine thinnest
+
+   !> The default is a shape that is neither a body of revolution nor one that goes on along y.
+   subroutine take_section(self, section, why)
+      class(shape_t), intent(inout) :: self
+      type(section_t), intent(in) :: section
+      character(len=:), allocatable, intent(out) :: why
+      why = 'goes on along y'
+      if (section%is_round()) why = 'is a body of revolution about x = y = 0'
+      why = 'is no shape that '//why//'; allowed in 3D'
+   end subroutine take_section
+
+   !> Of a shape that is one of revolution about an axis through a place: what is wrong where that is not the
+   !> section's; empty: nothing.
+   pure function why_not_round(section, place, axis) result(why)
+      type(section_t), intent(in) :: section
+      real(wp), intent(in) :: place(3)
+      real(wp), intent(in), optional :: axis(3) !< unit vector; not there: any
+      character(len=:), allocatable :: why
+      why = ''
+      if (.not. section%is_round()) then
+         why = 'does not go on along y; allowed in 3D or axisymmetric'
+      else if (any(abs(place(1:2)) > 0.0_wp)) then
+         why = 'must have its centre at x = y = 0, the axis'
+      else if (present(axis)) then
+         if (.not. runs_along(axis, 3)) why = 'must have axis=0,0,1 or 0,0,-1'
+      end if
+   end function why_not_round
+
+   !> The same of one that goes on along a direction, which must be y.
+   pure function why_not_along(section, direction) result(why)
+      type(section_t), intent(in) :: section
+      real(wp), intent(in) :: direction(3) !< unit vector
+      character(len=:), allocatable :: why
+      why = ''
+      if (section%is_round()) then
+         why = 'is no body of revolution about x = y = 0; allowed in 3D or plane_strain'
+      else if (.not. runs_along(direction, 2)) then
+         why = 'must go on along y, across the section'
+      end if
+   end function why_not_along
+
+   !> True of a direction (unit vector) along an axis of the grid.
+   pure logical function runs_along(direction, axis)
+      real(wp), intent(in) :: direction(3)
+      integer, intent(in) :: axis
+      real(wp), parameter :: square = 1.0e-9_wp
+      real(wp) :: unit(3)
+      unit = 0.0_wp
+      unit(axis) = 1.0_wp
+      runs_along = norm2(cross(direction, unit)) <= square
+   end function runs_along
 
    !> The variable that says where a body lies, or how far it reaches down.
    pure function place_name(self, down) result(name)

@@ -4,7 +4,8 @@ module m_sphere
    use m_constants, only: pi
    use m_group_reader, only: group_reader_t
    use m_value_range, only: any_value, above
-   use m_shape, only: convex_t
+   use m_section, only: section_t
+   use m_shape, only: convex_t, why_not_round
    implicit none
    private
    public :: sphere_t, round
@@ -23,6 +24,7 @@ module m_sphere
       procedure :: area
       procedure :: centre
       procedure :: thinnest
+      procedure :: take_section
    end type sphere_t
 
 contains
@@ -108,5 +110,12 @@ contains
       thickness = 2.0_wp*self%radius
       variable = 'radius'
    end subroutine thinnest
+
+   subroutine take_section(self, section, why)
+      class(sphere_t), intent(inout) :: self
+      type(section_t), intent(in) :: section
+      character(len=:), allocatable, intent(out) :: why
+      why = why_not_round(section, merge(0.0_wp, self%center, self%of_tool))
+   end subroutine take_section
 
 end module m_sphere

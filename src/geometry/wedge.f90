@@ -3,7 +3,10 @@ module m_wedge
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t
    use m_pyramid, only: pyramid_t
+   use m_section, only: section_t
+   use m_shape, only: why_not_along
    use m_shape_variables, only: get_half_angle, get_edge
+   use m_vectors, only: part_across
    implicit none
    private
    public :: wedge_t
@@ -13,6 +16,7 @@ module m_wedge
    contains
       procedure :: variables
       procedure :: outwards
+      procedure :: take_section
    end type wedge_t
 
 contains
@@ -30,5 +34,12 @@ contains
       real(wp), allocatable :: ways(:, :)
       ways = reshape([across, -across], [3, 2])
    end function outwards
+
+   subroutine take_section(self, section, why)
+      class(wedge_t), intent(inout) :: self
+      type(section_t), intent(in) :: section
+      character(len=:), allocatable, intent(out) :: why
+      why = why_not_along(section, part_across(self%edge, self%axis))
+   end subroutine take_section
 
 end module m_wedge

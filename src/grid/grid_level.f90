@@ -10,6 +10,7 @@ module m_grid_level
    use m_kinds, only: wp
    use m_constants, only: block_size
    use m_scene, only: grid_spec_t, boundary_free
+   use m_section, only: section_t
    implicit none
    private
    public :: grid_level_t, make_grid_level
@@ -23,6 +24,7 @@ module m_grid_level
       integer :: blocks(3)        !< blocks along each axis, numbered from 0
       integer :: fields = 1       !< velocity fields, numbered from 1
       integer :: boundary(2, 3)   !< condition on the lower and upper side of each axis
+      type(section_t) :: section  !< that the scene is given by: nothing moves along y, no side acts there
    contains
       procedure :: nearest_node
       procedure :: block_of
@@ -52,6 +54,8 @@ contains
       grid%cells = refinement*spec%cells
       grid%blocks = grid%cells/block_size + 1
       grid%boundary = reshape(spec%boundary, [2, 3])
+      grid%section = spec%section
+      if (grid%section%is_flat()) grid%boundary(:, 2) = boundary_free
    end function make_grid_level
 
    !> Index of the node nearest to a place; the place must be finite and near the grid.

@@ -123,7 +123,7 @@ contains
       n = 0
       associate (level => model%levels(1), particles => model%levels(1)%blocks(b)%particles)
          do p = 1, particles%count
-            whole = is_whole(particles%column(p, level%layout%mass), level%grid%cell, &
+            whole = is_whole(particles%column(p, :), level%layout, level%grid%cell, &
                              model%stuff(particles%body(p)))
             if (whole) then
                n = n + 1

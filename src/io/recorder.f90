@@ -389,7 +389,9 @@ contains
       real(wp) :: plane
       share = 1.0_wp
       associate (grid => scene%grid, tool => scene%tools(n))
+         if (grid%section%is_round()) return
          do axis = 1, 3
+            if (grid%section%is_flat() .and. axis == 2) cycle
             do side = 1, 2
                plane = merge(grid%lower(axis), grid%upper(axis), side == 1)
                if (grid%boundary(2*axis - 2 + side) == boundary_symmetry &

@@ -4,6 +4,8 @@ module m_corner_stencil
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
    use m_stencil, only: stencil_t, frame_t, batch, chunk, list_chunk, fetch
+   use m_section, only: section_t
+   use m_section_weights, only: within_axis
    implicit none
    private
    public :: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights
@@ -17,6 +19,8 @@ module m_corner_stencil
       real(wp) :: half_edge(chunk + batch, 9) !< component i of edge k at 3 (k-1) + i, no longer than the
                                               !< nodes extent
       real(wp) :: inverse(chunk + batch, 9)    !< inverse of their matrix: component i of row k at 3 (k-1) + i
+      type(section_t) :: section               !< that they stand on
+      real(wp) :: per_radius(chunk + batch)    !< of one of revolution, 1/m
    end type corner_stencil_t
 
    !> Weights and slopes (1/m) of `batch` particles; node n stands at (a, b, c) cells from the nearest, n = 14
@@ -56,6 +60,8 @@ contains
          corners%half_edge(n + 1:, c) = merge(0.25_wp, 0.0_wp, mod(c, 4) == 1) ! what stands behind the last
                                                                                ! must have an inverse
       end do
+      corners%section = layout%section
+      if (layout%section%is_flat()) call set_section(corners, column, layout, frame)
       associate (r => corners%half_edge, q => corners%inverse)
          !$omp simd
          do p = 1, chunk + batch
@@ -65,6 +71,30 @@ contains
          end do
       end associate
    end subroutine set_corners
+
+   !> The same of a section: parallelograms in its plane, not beyond the axis. The edge along y stays, so that
+   !> there is an inverse.
+   pure subroutine set_section(corners, column, layout, frame)
+      type(corner_stencil_t), intent(inout) :: corners
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      type(frame_t), intent(in) :: frame
+      real(wp) :: radius(chunk), factor
+      integer :: n, p
+      n = corners%list%count
+      corners%list%offset(:, 2) = 0.0_wp
+      if (.not. layout%section%is_round()) return
+      call fetch(corners%list, column(:, layout%position), radius)
+      corners%per_radius(:n) = 1.0_wp/radius(:n)
+      corners%per_radius(n + 1:) = 0.0_wp
+      do p = 1, n
+         associate (r => corners%half_edge(p, :))
+            factor = within_axis(radius(p)*frame%per_cell, abs(r(1)) + abs(r(7)))
+            r(1:3) = factor*r(1:3)
+            r(7:9) = factor*r(7:9)
+         end associate
+      end do
+   end subroutine set_section
 
    !> Scale the half edges a, b, c down until the domain reaches no further than half a cell along any axis
    !> (Homel, Brannon and Guilkey 2016); then its corners lie among the 27 nodes. u, v, w: the rows of the
@@ -112,6 +142,11 @@ contains
             end do
          end do
       end do
+      if (corners%section%is_flat()) then
+         hat(:, -1, 2, :) = 0.0_wp
+         hat(:, 0, 2, :) = 1.0_wp
+         hat(:, 1, 2, :) = 0.0_wp
+      end if
       q = 0.125_wp*per_cell*corners%inverse(first:first + batch - 1, :)
       do b = -1, 1
          do a = -1, 1
@@ -132,6 +167,10 @@ contains
                end do
             end do
          end do
+      end do
+      if (.not. corners%section%is_round()) return
+      do n = 1, 27
+         weights%slope(:, n, 2) = weights%weight(:, n)*corners%per_radius(first:first + batch - 1)
       end do
    end subroutine set_corner_weights
 

@@ -37,15 +37,16 @@ contains
 
    !> r_i <- r_i (1 + dt L_ii) for the half sizes along the axes (theory.md, eq. stretch); `smallest` is the
    !> smallest of the factors.
-   pure subroutine advance_half_sizes(count, gradient, time_step, half_size, smallest)
+   pure subroutine advance_half_sizes(count, gradient, time_step, flat, half_size, smallest)
       integer, intent(in) :: count
       real(wp), intent(in), contiguous :: gradient(:, :)     !< (:, 9), as above, 1/s
       real(wp), intent(in) :: time_step                      !< s
+      logical, intent(in) :: flat                            !< of a section: not along y
       real(wp), intent(inout), contiguous :: half_size(:, :) !< (:, 3), m
       real(wp), intent(out) :: smallest
       integer :: axis, p
       smallest = huge(smallest)
-      do axis = 1, 3
+      do axis = 1, 3, merge(2, 1, flat)
          !$omp simd reduction(min: smallest)
          do p = 1, count
             half_size(p, axis) = half_size(p, axis)*(1.0_wp + time_step*gradient(p, 4*axis - 3))
@@ -55,15 +56,16 @@ contains
    end subroutine advance_half_sizes
 
    !> r_k <- (I + dt L) r_k for the three half edges of each domain (theory.md, eq. corners).
-   pure subroutine advance_half_edges(count, gradient, time_step, half_edge)
+   pure subroutine advance_half_edges(count, gradient, time_step, flat, half_edge)
       integer, intent(in) :: count
       real(wp), intent(in), contiguous :: gradient(:, :)     !< (:, 9), as above, 1/s
       real(wp), intent(in) :: time_step                      !< s
+      logical, intent(in) :: flat                            !< of a section: that along y stays
       real(wp), intent(inout), contiguous :: half_edge(:, :) !< (:, 9), component i of edge k at 3 (k-1) + i,
                                                              !< m
       real(wp) :: x, y, z
       integer :: first, p
-      do first = 1, 7, 3
+      do first = 1, 7, merge(6, 3, flat)
          !$omp simd private(x, y, z)
          do p = 1, count
             x = time_step*half_edge(p, first)

@@ -6,6 +6,7 @@ module m_g2p_boxes
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
    use m_stencil, only: stencil_t, frame_t, batch, chunk, set_stencil
+   use m_section_weights, only: take_hoop_rate
    implicit none
    private
    public :: g2p_boxes, motion_t, fastest_t, taken_t, move, find_fastest
@@ -241,11 +242,12 @@ contains
    !> New positions, velocities and velocity gradients of a chunk; where particles were chosen, one by one.
    pure subroutine move(stencil, taken, layout, motion, column, gradient)
       type(stencil_t), intent(in) :: stencil
-      type(taken_t), intent(in) :: taken
+      type(taken_t), intent(inout) :: taken
       type(layout_t), intent(in) :: layout
       type(motion_t), intent(in) :: motion
       real(wp), intent(inout), contiguous :: column(:, :), gradient(:, :)
       integer :: axis, first, p
+      if (layout%section%is_round()) call take_hoop_rate(stencil%count, taken%gradient)
       if (stencil%in_order) then
          first = stencil%member(1) - 1
          do axis = 1, 3

@@ -6,6 +6,7 @@ module m_p2g_boxes
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
    use m_stencil, only: stencil_t, frame_t, batch, chunk, set_stencil
+   use m_section_weights, only: take_hoop_force
    implicit none
    private
    public :: p2g_boxes, add_body_force, add_force, load_t, half, clear, set_load
@@ -107,6 +108,7 @@ contains
          call add_pressure(load, stencil, column(:, layout%volume), column(:, layout%viscous_pressure))
       if (layout%pressure_shift > 0) &
          call add_pressure(load, stencil, column(:, layout%volume), column(:, layout%pressure_shift))
+      if (layout%section%is_round()) call take_hoop_force(stencil%count, load%force)
    end subroutine set_load
 
    !> What adds to the pressure and is no part of the stress.

@@ -175,6 +175,7 @@ contains
             shares%share(:, m) = shares%weights%weight(n, :)
             shares%slope(:, :, m) = transpose(shares%weights%slope(n, :, :))
          end do
+         if (layout%section%is_flat()) shares%slope(2, :, :shares%count) = 0.0_wp ! no place lies across it
          return
       end if
       call set_stencil(shares%stencil, cells, first, column, layout, frame)
@@ -199,6 +200,7 @@ contains
             end do
          end do
       end associate
+      if (layout%section%is_flat()) shares%slope(2, :, :shares%count) = 0.0_wp
    end subroutine set_shares
 
 end module m_stress_recovery

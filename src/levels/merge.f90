@@ -7,7 +7,7 @@ module m_merge
    use m_block, only: block_t
    use m_polar, only: cofactors, determinant
    use m_half_edges, only: half_edges, set_half_edges, extents
-   use m_split, only: stuff_t, edges_to_split, octant_of
+   use m_split, only: stuff_t, edges_to_split, octant_of, octants_of
    use m_locate, only: bin_of
    use m_migration, only: frame_of, take_out
    use m_materials, only: materials_t
@@ -35,14 +35,15 @@ contains
       real(wp), intent(out) :: lost
       integer(i8), allocatable :: key(:)
       integer(i4), allocatable :: small(:), members(:), gone(:)
-      integer :: first, generation, last, n, p
+      integer :: first, generation, last, n, p, parts
       merged = 0
       lost = 0.0_wp
+      parts = size(octants_of(level%layout%section))
       associate (block => level%blocks(b), at => level%layout)
-         if (block%particles%count < 8) return
+         if (block%particles%count < parts) return
          if (finer%region%clear_of_edge(block%lowest, block%highest, 3.0_wp*level%grid%cell)) return
          n = count(block%particles%column(:block%particles%count, at%refinement) > level%number - 0.5_wp)
-         if (n < 8) return
+         if (n < parts) return
          small = pack([(int(p, i4), p=1, block%particles%count)], &
                       block%particles%column(:block%particles%count, at%refinement) > level%number - 0.5_wp)
          key = [(parent_id(block%particles%id(small(p)), nint(block%particles%column(small(p), &
@@ -56,11 +57,11 @@ contains
                if (parent(last + 1) /= parent(first)) exit
                last = last + 1
             end do
-            if (last - first >= 7) then
+            if (last - first >= parts - 1) then
                do generation = 3, at%most_generations() ! parts of parts may have the same parent
                   members = pack(small(first:last), &
                                  nint(block%particles%column(small(first:last), at%generation)) == generation)
-                  if (size(members) == 8) &
+                  if (size(members) == parts) &
                      call merge_eight(level, finer, b, members, materials, stuff, merged, lost, gone)
                end do
             end if
@@ -92,53 +93,55 @@ contains
       end do
    end function parent_id
 
-   !> Append what eight particles become, unless it would be near the finer region; list them as gone.
+   !> Append what eight particles become (of a section four), unless it would be near the finer region; list
+   !> them as gone.
    subroutine merge_eight(level, finer, b, eight, materials, stuff, merged, lost, gone)
       type(level_t), intent(inout) :: level
       type(level_t), intent(in) :: finer
       integer, intent(in) :: b
-      integer(i4), intent(in) :: eight(8)
+      integer(i4), intent(in) :: eight(:)
       type(materials_t), intent(in) :: materials
       type(stuff_t), intent(in) :: stuff(:) !< of the bodies
       integer, intent(inout) :: merged
       real(wp), intent(inout) :: lost
       integer(i4), allocatable, intent(inout) :: gone(:)
-      real(wp) :: values(9, level%table%columns), reach(3)
-      integer :: generation
+      real(wp) :: values(size(eight) + 1, level%table%columns), reach(3)
+      integer :: generation, n
       logical :: sound
       integer(i4) :: body
       associate (block => level%blocks(b), at => level%layout)
+         n = size(eight)
          body = block%particles%body(eight(1))
          generation = nint(block%particles%column(eight(1), at%generation))
          if (at%damage > 0) then ! what has failed stays failed, and alone
             if (.not. (all(block%particles%column(eight, at%damage) >= 1.0_wp) &
                        .or. all(block%particles%column(eight, at%damage) < 1.0_wp))) return
          end if
-         values(:8, :) = block%particles%column(eight, :)
+         values(:n, :) = block%particles%column(eight, :)
          if (at%grain > 0) then ! of several grains: there is no crystal between them
-            if (any(abs(values(:8, at%grain) - values(1, at%grain)) > 0.5_wp)) return
+            if (any(abs(values(:n, at%grain) - values(1, at%grain)) > 0.5_wp)) return
          end if
          call join(values, level%table%shares(), at)
          call join_domains(values, int(ibits(block%particles%id(eight), at%id_bits + generation - 3, 3)), &
                            at, sound)
          if (.not. sound) return
-         values(9, at%generation) = generation - 3
-         values(9, at%refinement) = values(1, at%refinement) - 1.0_wp
+         values(n + 1, at%generation) = generation - 3
+         values(n + 1, at%refinement) = values(1, at%refinement) - 1.0_wp
          if (at%domain > 0 .or. at%half_sizes) then ! nor may it be split at once
-            if (any(edges_to_split(values, 9, at, level%grid%cell, stuff(body)))) return
+            if (any(edges_to_split(values, n + 1, at, level%grid%cell, stuff(body)))) return
          end if
-         reach = extents(values(9, :), at) + distance*level%grid%cell
-         if (finer%region%overlaps(values(9, at%position:at%position + 2) - reach, &
-                                   values(9, at%position:at%position + 2) + reach)) return
+         reach = extents(values(n + 1, :), at) + distance*level%grid%cell
+         if (finer%region%overlaps(values(n + 1, at%position:at%position + 2) - reach, &
+                                   values(n + 1, at%position:at%position + 2) + reach)) return
          if (allocated(finer%layer)) then ! nor may it go back at once
-            if (finer%layer%overlaps(values(9, at%position:at%position + 2), &
-                                     values(9, at%position:at%position + 2))) return
+            if (finer%layer%overlaps(values(n + 1, at%position:at%position + 2), &
+                                     values(n + 1, at%position:at%position + 2))) return
          end if
-         lost = lost + energy(1, 8) - energy(9, 9)
+         lost = lost + energy(1, n) - energy(n + 1, n + 1)
          call block%reserve(block%particles%count + 1, level%table%columns)
-         call block%particles%append(values(9, :), &
+         call block%particles%append(values(n + 1, :), &
                                      parent_id(block%particles%id(eight(1)), generation, at%id_bits), body)
-         block%cells%bin(block%particles%count) = bin_of(values(9, at%position:at%position + 2), &
+         block%cells%bin(block%particles%count) = bin_of(values(n + 1, at%position:at%position + 2), &
                                                          frame_of(level, block))
          merged = merged + 1
          gone = [gone, eight]
@@ -163,37 +166,40 @@ contains
    !> The domain of eight parts that are one: its faces are where those of the outer parts are in the mean
    !> (theory.md, eq. level-merge). `sound`: each part is about in its octant.
    pure subroutine join_domains(values, octants, layout, sound)
-      real(wp), intent(inout) :: values(:, :) !< (9, columns): eight parts and the whole, its position is set
-      integer, intent(in) :: octants(8)       !< of the parts, 0 to 7
+      real(wp), intent(inout) :: values(:, :) !< (n + 1, columns): parts and the whole, its position is set
+      integer, intent(in) :: octants(:)       !< of the parts, 0 to 7
       type(layout_t), intent(in) :: layout
       logical, intent(out) :: sound
       real(wp), dimension(3, 3) :: r, inverse
-      real(wp) :: signs(3, 8), place(3)
-      integer :: k, p
+      real(wp) :: signs(3, size(octants)), place(3)
+      integer :: k, n, p
+      n = size(octants)
       associate (h => layout%start_edges) ! so far the mean of the parts
-         if (h > 0) values(9, h:h + 2) = 2.0_wp*values(9, h:h + 2)
+         if (h > 0) values(n + 1, h:h + 2) = 2.0_wp*values(n + 1, h:h + 2)
       end associate
       associate (x => layout%position)
          if (.not. (layout%domain > 0 .or. layout%half_sizes)) then
             sound = .true.
-            values(9, layout%half_size) = 2.0_wp*values(1, layout%half_size)
+            values(n + 1, layout%half_size) = 2.0_wp*values(1, layout%half_size)
             return
          end if
          r = 0.0_wp
-         do p = 1, 8
+         do p = 1, n
             signs(:, p) = octant_of(octants(p))
-            r = r + 0.125_wp*half_edges(values(p, :), layout)
+            if (layout%section%is_flat()) signs(2, p) = 0.0_wp
+            r = r + half_edges(values(p, :), layout)/n
             do k = 1, 3
-               r(:, k) = r(:, k) + 0.125_wp*signs(k, p)*values(p, x:x + 2)
+               r(:, k) = r(:, k) + signs(k, p)*values(p, x:x + 2)/n
             end do
          end do
-         call set_half_edges(values(9, :), layout, r)
-         r = half_edges(values(9, :), layout)
+         if (layout%section%is_flat()) r(:, 2) = 2.0_wp*r(:, 2)
+         call set_half_edges(values(n + 1, :), layout, r)
+         r = half_edges(values(n + 1, :), layout)
          sound = determinant(r) > 0.0_wp
          if (.not. sound) return
          inverse = transpose(cofactors(r))/determinant(r)
-         do p = 1, 8
-            place = matmul(inverse, values(p, x:x + 2) - values(9, x:x + 2))
+         do p = 1, n
+            place = matmul(inverse, values(p, x:x + 2) - values(n + 1, x:x + 2))
             sound = sound .and. all(abs(place - 0.5_wp*signs(:, p)) < 2.0_wp*astray)
          end do
       end associate
@@ -201,38 +207,46 @@ contains
 
    !> What eight parts of a particle are together: sums and means.
    pure subroutine join(values, shares, layout)
-      real(wp), intent(inout) :: values(:, :) !< (9, columns): eight parts and the whole
+      real(wp), intent(inout) :: values(:, :) !< (n + 1, columns): parts and the whole
       type(shares_t), intent(in) :: shares
       type(layout_t), intent(in) :: layout
-      integer :: c, weight
+      integer :: c, n, weight
+      n = size(values, 1) - 1
       do c = 1, size(values, 2)
          if (shares%extensive(c)) then
-            values(9, c) = sum(values(:8, c))
+            values(n + 1, c) = sum(values(:n, c))
          else
             weight = merge(layout%mass, layout%volume, shares%by_mass(c))
-            values(9, c) = sum(values(:8, weight)*values(:8, c))/sum(values(:8, weight))
+            values(n + 1, c) = sum(values(:n, weight)*values(:n, c))/sum(values(:n, weight))
          end if
       end do
+      if (layout%section%is_round()) then ! where the ring has that volume
+         associate (x => layout%position, areas => values(:n, layout%volume)/values(:n, layout%position))
+            values(n + 1, x) = values(n + 1, layout%volume)/sum(areas)
+            values(n + 1, x + 2) = sum(areas*values(:n, x + 2))/sum(areas)
+         end associate
+      end if
       call join_faces(values, shares, layout%position)
    end subroutine join
 
    !> The faces that parts of a particle carry become one: the areas are summed already, its middle is the
    !> mean by area.
    pure subroutine join_faces(values, shares, x)
-      real(wp), intent(inout) :: values(:, :) !< (9, columns): eight parts and the whole
+      real(wp), intent(inout) :: values(:, :) !< (n + 1, columns): parts and the whole
       type(shares_t), intent(in) :: shares
       integer, intent(in) :: x                !< first column of the position
-      real(wp) :: area(8), middle(3)
-      integer :: f, p
+      real(wp) :: area(size(values, 1) - 1), middle(3)
+      integer :: f, n, p
+      n = size(area)
       do f = 1, size(shares%faces, 2)
          associate (a => shares%faces(1, f), arm => shares%faces(2, f))
-            area = norm2(values(:8, a:a + 2), dim=2)
+            area = norm2(values(:n, a:a + 2), dim=2)
             if (.not. any(area > 0.0_wp)) cycle
             middle = 0.0_wp
-            do p = 1, 8
+            do p = 1, n
                middle = middle + area(p)*(values(p, x:x + 2) + values(p, arm:arm + 2))
             end do
-            values(9, arm:arm + 2) = middle/sum(area) - values(9, x:x + 2)
+            values(n + 1, arm:arm + 2) = middle/sum(area) - values(n + 1, x:x + 2)
          end associate
       end do
    end subroutine join_faces

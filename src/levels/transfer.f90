@@ -13,7 +13,7 @@ module m_transfer
    use m_migration, only: migration_t, take_out
    use m_walls, only: keep_inside
    use m_half_edges, only: extents, longest_half_edge, domain_sizes
-   use m_split, only: split_in_eight, must_split
+   use m_split, only: split_in_eight, octants_of, must_split
    implicit none
    private
    public :: find_changes, change_levels
@@ -171,7 +171,9 @@ contains
       integer(i8), allocatable, intent(out) :: ids(:)
       type(error_t), intent(inout) :: error
       real(wp) :: eighths(size(values), 0:7)
-      integer :: generation, n, octant
+      integer, allocatable :: octants(:)
+      integer :: generation, n, o
+      octants = octants_of(fine%layout%section)
       parts = reshape(values, [size(values), 1])
       ids = [id]
       n = 1
@@ -192,12 +194,13 @@ contains
             return
          end if
          call split_in_eight(parts(:, n), fine%layout, shares, eighths)
-         do octant = 0, 7
-            call keep_inside(eighths(:, octant), fine%layout, shares, fine%grid)
+         do o = 1, size(octants)
+            call keep_inside(eighths(:, octants(o)), fine%layout, shares, fine%grid)
          end do
-         parts = reshape([parts(:, :n - 1), eighths, parts(:, n + 1:)], [size(values), size(ids) + 7])
-         ids = [ids(:n - 1), [(ior(ids(n), ishft(int(octant, i8), fine%layout%id_bits + generation)), &
-                octant=0, 7)], ids(n + 1:)]
+         parts = reshape([parts(:, :n - 1), eighths(:, octants), parts(:, n + 1:)], &
+                         [size(values), size(ids) + size(octants) - 1])
+         ids = [ids(:n - 1), [(ior(ids(n), ishft(int(octants(o), i8), fine%layout%id_bits + generation)), &
+                o=1, size(octants))], ids(n + 1:)]
       end do
    contains
       pure logical function splits_here(part)

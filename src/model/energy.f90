@@ -110,6 +110,7 @@ contains
          call inner_motion(particles%column, 1, particles%count, at, kinetic, angular)
          sums(2) = sums(2) + kinetic
          sums(8:10) = sums(8:10) + angular
+         if (at%section%is_round()) sums([5, 8, 9, 10]) = 0.0_wp ! all around they are none
          if (.not. model%has_inertia) sums([2, 5, 6, 7, 8, 9, 10]) = 0.0_wp
          first = 1
          do while (first <= particles%count)

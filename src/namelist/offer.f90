@@ -3,6 +3,7 @@
 module m_offer
    use m_text, only: to_text
    use m_group_reader, only: group_reader_t, name_length
+   use m_section, only: section_t
    implicit none
    private
    public :: offer, offered_names, offered, know_others
@@ -18,6 +19,7 @@ module m_offer
       procedure :: brings
       procedure :: is_oriented
       procedure :: declined
+      procedure :: take_section
       procedure(variables_interface), deferred :: variables
    end type offer_t
 
@@ -78,6 +80,16 @@ contains
       class(offer_t), intent(in) :: self
       declined = .false.
    end function declined
+
+   !> Become what it is in a scene that is given by a section. `why`: it cannot, as the end of a sentence
+   !> about it; empty: it can. A law of a material without directions is the same in any.
+   subroutine take_section(self, section, why)
+      class(offer_t), intent(inout) :: self
+      type(section_t), intent(in) :: section
+      character(len=:), allocatable, intent(out) :: why
+      why = ''
+      if (self%is_oriented()) why = 'has directions of its own; allowed in 3D, or a law without them'
+   end subroutine take_section
 
    !> Append an offer under a name (lower case).
    subroutine offer(slots, name, it)

@@ -98,6 +98,11 @@ contains
       type(grid_level_t), intent(in) :: grid
       real(wp) :: lower(3), upper(3), share
       call spec%shape%bounding_box(lower, upper)
+      if (spec%section%is_flat()) then
+         n = real(spec%particles_per_cell, wp)**(2.0_wp/3.0_wp)*product(max(0.0_wp, min(upper([1, 3]), &
+               grid%upper([1, 3])) - max(lower([1, 3]), grid%lower([1, 3])))/grid%cell)
+         return
+      end if
       share = spec%shape%volume()/product(upper - lower)
       n = share*spec%particles_per_cell*product(max(0.0_wp, min(upper, grid%upper) &
                                                     - max(lower, grid%lower))/grid%cell)
@@ -166,9 +171,11 @@ contains
       else if (must_split(levels(now + 1)%grid, levels(now + 1)%region, now + 1, birth%refinement, birth%x, &
                           birth%half)) then
          do octant = 0, 7
+            if (spec%section%is_flat() .and. btest(octant, 1)) cycle
             part = birth
             part%half = 0.5_wp*birth%half
             part%x = birth%x + octant_of(octant)*part%half
+            if (spec%section%is_flat()) part%x(2) = birth%x(2)
             part%octants = 8_i8*birth%octants + octant
             part%refinement = birth%refinement + 1
             call settle_down(levels, now, l, place, spec, part, births)
@@ -247,7 +254,9 @@ contains
          values(at%velocity:at%velocity + 2) = spec%velocity &
                           + [w(2)*arm(3) - w(3)*arm(2), w(3)*arm(1) - w(1)*arm(3), w(1)*arm(2) - w(2)*arm(1)]
          values(at%volume) = birth%volume
-         values(at%mass) = density*birth%volume
+         if (spec%section%is_flat()) & ! all that its part of the section stands for
+            values(at%volume) = birth%volume/(2.0_wp*birth%half)*spec%section%depth(birth%x(1))
+         values(at%mass) = density*values(at%volume)
          if (at%half_sizes) then
             values(at%half_size:at%half_size + 2) = birth%halves
          else if (at%half_size > 0) then
@@ -279,6 +288,10 @@ contains
       lattice%anchor = spec%shape%lattice_origin()
       lattice%first = floor((lower - lattice%anchor)/lattice%spacing + 1.0e-6_wp, i8)
       lattice%last = ceiling((upper - lattice%anchor)/lattice%spacing - 1.0e-6_wp, i8) - 1
+      if (.not. spec%section%is_flat()) return
+      lattice%anchor(2) = -0.5_wp*lattice%spacing ! one layer, on the plane y = 0
+      lattice%first(2) = 0
+      lattice%last(2) = 0
    end function body_lattice
 
    !> True when a body has a particle at a place of its lattice.

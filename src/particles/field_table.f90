@@ -2,6 +2,7 @@
 !> by the table.
 module m_field_table
    use m_kinds, only: i8
+   use m_section, only: section_t
    implicit none
    private
    public :: field_t, field_table_t, layout_t, shares_t
@@ -56,6 +57,7 @@ module m_field_table
                                    !< columns
       logical :: shows_strain = .false., shows_gradient = .false. !< snapshots have these of it
       integer :: next_position = 0 !< position at the end of the step, while the step still needs the old one
+      type(section_t) :: section   !< that the particles stand on, all of one layer, if the scene has one
       integer(i8) :: ids_of_body = 10_i8**12 !< ids of body b are those from (b - 1) times this
       integer :: id_bits = 50 !< ids of particles that were never split are below 2^id_bits; bits from there
                               !< on tell the way through the splits

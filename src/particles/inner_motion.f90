@@ -4,6 +4,8 @@
 module m_inner_motion
    use m_kinds, only: wp
    use m_field_table, only: layout_t
+   use m_half_edges, only: half_edges
+   use m_vectors, only: cross
    implicit none
    private
    public :: inner_motion
@@ -20,6 +22,10 @@ contains
       kinetic = 0.0_wp
       angular = 0.0_wp
       if (layout%gradient == 0) return
+      if (layout%section%is_flat()) then
+         call of_section(column, first, last, layout, kinetic, angular)
+         return
+      end if
       associate (m => column(first:last, layout%mass), l => column(first:last, &
             layout%gradient:layout%gradient + 8))
          if (layout%domain > 0) then
@@ -36,6 +42,26 @@ contains
          end if
       end associate
    end subroutine inner_motion
+
+   !> Of a section the parts that lie in it: nothing turns or stretches across it.
+   pure subroutine of_section(column, first, last, layout, kinetic, angular)
+      real(wp), intent(in), contiguous :: column(:, :)
+      integer, intent(in) :: first, last !< of the particles
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(inout) :: kinetic, angular(3)
+      real(wp) :: r(3, 3), u(3)
+      integer :: k, p
+      do p = first, last
+         r = half_edges(column(p, :), layout)
+         do k = 1, 3, 2
+            u = matmul(reshape(column(p, layout%gradient:layout%gradient + 8), [3, 3]), r(:, k))
+            u(2) = 0.0_wp
+            kinetic = kinetic + column(p, layout%mass)*sum(u**2)/6.0_wp
+            if (.not. layout%section%is_round()) &
+               angular = angular + column(p, layout%mass)*cross(r(:, k), u)/3.0_wp
+         end do
+      end do
+   end subroutine of_section
 
    !> Boxes along the axes, with the half sizes r1, r2, r3 (m).
    pure subroutine of_boxes(count, m, l, r1, r2, r3, kinetic, angular)

@@ -17,6 +17,8 @@ module m_level
    !> Of the nodes of a block.
    integer(i8), parameter :: tile_bytes = node_values*(tile_last + 1_i8)**3*storage_size(1.0_wp)/8
 
+   integer, parameter :: plane_row = 1 !< place along y of a section's plane in a tile
+
    type :: level_t
       integer :: number = 1                  !< 1 is the coarsest
       type(grid_level_t) :: grid
@@ -66,6 +68,7 @@ module m_level
       procedure :: slot_at
       procedure :: thickness
       procedure :: most_thickness
+      procedure :: edge
    end type level_t
 
 contains
@@ -107,6 +110,20 @@ contains
       thickness = 2.0_wp*norm2(matmul(normal, half_edges(values, self%layout)))
    end function thickness
 
+   !> Edge of a particle whose domain deforms, m: of the cube of its volume, or of the square of its part of
+   !> a section.
+   pure real(wp) function edge(self, values)
+      class(level_t), intent(in) :: self
+      real(wp), intent(in) :: values(:) !< the particle's columns
+      associate (at => self%layout)
+         if (at%section%is_flat()) then
+            edge = sqrt(values(at%volume)/at%section%depth(values(at%position)))
+         else
+            edge = values(at%volume)**(1.0_wp/3.0_wp)
+         end if
+      end associate
+   end function edge
+
    !> No thickness of a particle's domain is larger, m: the eigenvalues of sum r_k r_k^T are no larger than
    !> the largest of its rows (Gershgorin). Of a cube, and of a box along the axes, it is one that it has.
    pure real(wp) function most_thickness(self, values)
@@ -127,6 +144,12 @@ contains
       if (whole) extent(2, :) = tile_last
    end function range_of
 
+   !> True of a section on one level: nodes beside its plane get nothing from anybody.
+   pure logical function is_layer(layout)
+      type(layout_t), intent(in) :: layout
+      is_layer = layout%section%is_flat() .and. layout%refinement == 0
+   end function is_layer
+
    !> Before a block's tile is given to anew: it goes as far as the block's particles reach, or is whole, and
    !> is 0 beyond.
    subroutine update_extents(self, b, whole)
@@ -138,6 +161,7 @@ contains
          if (block%cells%counted < 0) call block%cells%update_statistics(block%particles%count)
          call block%cells%go_through(1, block%particles%count)
          extent = range_of(block, whole)
+         if (is_layer(self%layout)) extent(:, 2) = plane_row
       end associate
       associate (old => self%extent(:, :, b))
          if (any(old(1, :) < extent(1, :)) .or. any(old(2, :) > extent(2, :))) &
@@ -154,6 +178,7 @@ contains
       logical, intent(in) :: whole
       integer :: extent(2, 3)
       extent = range_of(self%blocks(b), whole)
+      if (is_layer(self%layout)) extent(:, 2) = plane_row
       self%extent(1, :, b) = min(self%extent(1, :, b), extent(1, :))
       self%extent(2, :, b) = max(self%extent(2, :, b), extent(2, :))
    end subroutine widen_extent

@@ -9,10 +9,11 @@ module m_split
    use m_half_edges, only: half_edges, set_half_edges, lengths_squared
    use m_grid_level, only: grid_level_t
    use m_region, only: region_t
+   use m_section_parts, only: octant_of, octants_of, split_in_four, share_of_ring, beside_axis
    implicit none
    private
-   public :: stuff_t, split_long, split_in_eight, must_split, edges_to_split, is_whole, largest_tension, &
-             octant_of, child_id, longest
+   public :: stuff_t, split_long, split_in_eight, octants_of, must_split, edges_to_split, is_whole, &
+             largest_tension, octant_of, child_id, longest
 
    !> Longest half edge, in cells. One particle a cell begins with 0.5: a body hardly strained is not to be
    !> split.
@@ -152,8 +153,9 @@ contains
       real(wp) :: squares(3), tension, limit
       across = .false.
       squares = lengths_squared(column, p, layout)
+      if (layout%section%is_flat()) squares(2) = 0.0_wp ! the edge across a section is no length
       if (.not. maxval(squares) > (shortest_pulled*cell)**2) return ! also where a length is not a number
-      if (is_whole(column(p, layout%mass), cell, stuff)) then
+      if (is_whole(column(p, :), layout, cell, stuff)) then
          limit = cell*merge(longest_whole, longest_box, layout%domain > 0)
          if (maxval(squares) > limit**2) then
             tension = largest_tension(column(p, :), layout, limit)
@@ -170,11 +172,17 @@ contains
    end function edges_to_split
 
    !> True for a particle that is all of a cell.
-   pure logical function is_whole(mass, cell, stuff)
-      real(wp), intent(in) :: mass       !< kg
+   pure logical function is_whole(values, layout, cell, stuff)
+      real(wp), intent(in) :: values(:)  !< the particle's columns
+      type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: cell       !< m
       type(stuff_t), intent(in) :: stuff !< of its body
-      is_whole = mass > whole*stuff%density*cell**3
+      if (layout%section%is_flat()) then
+         is_whole = values(layout%mass) &
+                    > whole*stuff%density*cell**2*layout%section%depth(values(layout%position))
+      else
+         is_whole = values(layout%mass) > whole*stuff%density*cell**3
+      end if
    end function is_whole
 
    !> The largest normal stress (Pa) along a half edge of more than the given length, 0 if none counts as
@@ -193,6 +201,7 @@ contains
       end associate
       tension = 0.0_wp
       do k = 1, 3
+         if (k == 2 .and. layout%section%is_flat()) cycle
          square = dot_product(r(:, k), r(:, k))
          if (.not. square > length**2) cycle
          along = dot_product(r(:, k), matmul(s, r(:, k)))/square
@@ -214,13 +223,6 @@ contains
       if (refinement < number - 1 .and. .not. must_split) must_split = region%holds(x)
    end function must_split
 
-   !> Signs of the way from the centre of a particle to that of its octant (0 to 7).
-   pure function octant_of(octant) result(signs)
-      integer, intent(in) :: octant
-      real(wp) :: signs(3)
-      signs = real(2*[ibits(octant, 0, 1), ibits(octant, 1, 1), ibits(octant, 2, 1)] - 1, wp)
-   end function octant_of
-
    !> Id of a part of a particle: three bits for each split into eight, as if it had been halved along x, y,
    !> z.
    pure integer(i8) function child_id(id, octants, splits, id_bits)
@@ -241,9 +243,13 @@ contains
       real(wp), intent(in) :: values(:)
       type(layout_t), intent(in) :: layout
       type(shares_t), intent(in) :: shares
-      real(wp), intent(out) :: parts(:, 0:) !< (columns, 0:7)
+      real(wp), intent(out) :: parts(:, 0:) !< (columns, 0:7); of a section those that are not there are 0
       real(wp) :: r(3, 3), shift(3), l(3, 3), side(3)
       integer :: octant, k
+      if (layout%section%is_flat()) then
+         call split_in_four(values, layout, shares, parts)
+         return
+      end if
       r = 0.5_wp*half_edges(values, layout)
       l = 0.0_wp
       if (layout%gradient > 0) l = reshape(values(layout%gradient:layout%gradient + 8), [3, 3])
@@ -294,7 +300,7 @@ contains
       type(layout_t), intent(in) :: layout
       type(shares_t), intent(in) :: shares
       real(wp), dimension(size(shares%extensive)) :: values, upper
-      real(wp) :: r(3, 3), shift(3), faster(3)
+      real(wp) :: r(3, 3), shift(3), faster(3), low, way(3)
       real(wp) :: along(3)
       integer(i8) :: new_id
       integer :: generation
@@ -304,10 +310,16 @@ contains
       faster = 0.0_wp
       if (layout%gradient > 0) faster = matmul(reshape(values(layout%gradient:layout%gradient + 8), [3, 3]), &
                                                shift)
+      way = shift
+      low = 0.5_wp
+      if (layout%section%is_round()) then
+         way = beside_axis(values, layout, shift)
+         low = 0.5_wp*share_of_ring(values, layout, -way)
+      end if
       generation = nint(values(layout%generation))
       new_id = ibset(particles%id(p), layout%id_bits + generation)
       upper = values
-      where (shares%extensive) values = 0.5_wp*values
+      where (shares%extensive) values = low*values
       if (layout%domain > 0) then
          values(layout%domain + 3*(k - 1):layout%domain + 3*k - 1) = shift
       else
@@ -316,10 +328,15 @@ contains
       values(layout%generation) = generation + 1
       values(carried(shares)) = upper(carried(shares)) ! as they were: each half takes its own part
       upper = values
+      if (layout%section%is_round()) then
+         where (shares%extensive) upper = (1.0_wp - low)/low*upper
+         values(layout%velocity + 2) = values(layout%velocity + 2) - (1.0_wp - 2.0_wp*low)*faster(3)
+         upper(layout%velocity + 2) = values(layout%velocity + 2)
+      end if
       associate (x => layout%position, v => layout%velocity)
-         values(x:x + 2) = values(x:x + 2) - shift
+         values(x:x + 2) = values(x:x + 2) - way
          values(v:v + 2) = values(v:v + 2) - faster
-         upper(x:x + 2) = upper(x:x + 2) + shift
+         upper(x:x + 2) = upper(x:x + 2) + way
          upper(v:v + 2) = upper(v:v + 2) + faster
       end associate
       along = 0.0_wp

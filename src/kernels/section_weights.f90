@@ -1,0 +1,82 @@
+!> What a section changes between particles and nodes (theory.md, Sections). The plane j of the section has
+!> all of a particle's weight along y. Where the body is one of revolution the slope along y of that weight
+!> is 1/r: what kernels make with it is the hoop's part of forces and of the velocity gradient.
+module m_section_weights
+   use m_kinds, only: wp
+   implicit none
+   private
+   public :: set_plane, add_ring_slopes, take_hoop_force, take_hoop_rate, within_axis
+
+contains
+
+   !> Weights and slopes (1/m) along y of one layer of particles on a node plane: all on that, with the slope
+   !> 1/r of a ring of radius r, or none where nothing is said of radii.
+   pure subroutine set_plane(count, weight, slope, radius)
+      integer, intent(in) :: count
+      real(wp), intent(inout) :: weight(:, -1:), slope(:, -1:) !< (:, -1:1), by particle and node
+      real(wp), intent(in), optional :: radius(:) !< m
+      integer :: p
+      do p = 1, count
+         weight(p, -1) = 0.0_wp
+         weight(p, 0) = 1.0_wp
+         weight(p, 1) = 0.0_wp
+         slope(p, :) = 0.0_wp
+         if (present(radius)) slope(p, 0) = 1.0_wp/radius(p)
+      end do
+   end subroutine set_plane
+
+   !> Slopes along the radius of boxes whose material stands on rings: mean of N' over the ring, which is that
+   !> over the box and mean((r - r_p) N')/r_p. With the weights over r_p for the hoop they are what makes a
+   !> uniform pressure a force of the surface alone.
+   pure subroutine add_ring_slopes(count, offset, half, radius, slope)
+      integer, intent(in) :: count
+      real(wp), intent(in) :: offset(:) !< from the node in the middle, cells
+      real(wp), intent(in) :: half(:)   !< half sizes along the radius, cells
+      real(wp), intent(in) :: radius(:) !< m
+      real(wp), intent(inout) :: slope(:, -1:) !< (:, -1:1), 1/m
+      real(wp) :: from, to, lower, upper
+      integer :: p
+      !$omp simd private(from, to, lower, upper)
+      do p = 1, count
+         from = min(offset(p) - half(p), 0.0_wp)
+         to = min(offset(p) + half(p), 0.0_wp)
+         lower = -(to - from)*(0.5_wp*(from + to) - offset(p))/(2.0_wp*half(p)*radius(p))
+         from = max(offset(p) - half(p), 0.0_wp)
+         to = max(offset(p) + half(p), 0.0_wp)
+         upper = (to - from)*(0.5_wp*(from + to) - offset(p))/(2.0_wp*half(p)*radius(p))
+         slope(p, -1) = slope(p, -1) + lower
+         slope(p, 1) = slope(p, 1) + upper
+         slope(p, 0) = slope(p, 0) - (lower + upper)
+      end do
+   end subroutine add_ring_slopes
+
+   !> A box or a parallelogram of half the size `reach` along the radius is drawn in until it does not go
+   !> beyond the axis: the factor.
+   pure elemental real(wp) function within_axis(radius, reach) result(factor)
+      real(wp), intent(in) :: radius, reach !< of one unit; a reach above 0
+      factor = min(1.0_wp, radius/reach)
+   end function within_axis
+
+   !> The force that goes with the slope along y is that of the hoop stress, against the radius.
+   pure subroutine take_hoop_force(count, force)
+      integer, intent(in) :: count
+      real(wp), intent(inout) :: force(:, :, :) !< (components, axes, particles), N m
+      integer :: p
+      do p = 1, count
+         force(:, 2, p) = [force(2, 2, p), 0.0_wp, 0.0_wp, 0.0_wp]
+      end do
+   end subroutine take_hoop_force
+
+   !> What came with the slope along y is v_r/r, the rate of the hoop strain; v_z/r is none.
+   pure subroutine take_hoop_rate(count, gradient)
+      integer, intent(in) :: count
+      real(wp), intent(inout) :: gradient(:, :) !< (:, 9), d v_i / d x_j at 3 (j-1) + i, 1/s
+      integer :: p
+      do p = 1, count
+         gradient(p, 5) = gradient(p, 4)
+         gradient(p, 4) = 0.0_wp
+         gradient(p, 6) = 0.0_wp
+      end do
+   end subroutine take_hoop_rate
+
+end module m_section_weights
