@@ -84,7 +84,9 @@ def frame_of(case, tool):
 
 def symmetric_directions(case, tool):
     """Normals of the symmetry sides in which the tool's axis lies: what the model leaves out is the mirror
-    image."""
+    image. None of a section, of which surface_of makes the whole."""
+    if is_round(case):
+        return []
     grid, axis, tip = case["grid"][0], indentation.unit_axis(tool), np.array(tool["tip"])
     normals = []
     for i in range(3):
@@ -144,6 +146,8 @@ def surface_of(particles, frame, case, body_number, reach, normals=()):
     )
     cell = case["grid"][0]["cell_size"][0] / 2 ** depth_of(case)
     surface = Surface(at[shown], top[shown], own[shown], stress, contact, cell)
+    if is_round(case):
+        return revolved(surface)
     for normal in normals:
         image = np.array([np.dot(normal, frame.through), np.dot(normal, frame.across)])
         mirrored = surface.places - 2 * (surface.places @ image)[:, None] * image
@@ -158,6 +162,28 @@ def surface_of(particles, frame, case, body_number, reach, normals=()):
             cell,
         )
     return surface
+
+
+def is_round(case):
+    """True where the scene is the section of a body of revolution."""
+    return case["grid"][0].get("geometry", ["3d"])[0].lower() == "axisymmetric"
+
+
+def revolved(surface):
+    """The surface all around its axis: each ring as points a domain's width apart."""
+    radii = np.hypot(surface.places[:, 0], surface.places[:, 1])
+    count = np.maximum(6, np.ceil(np.pi * radii / surface.half_widths)).astype(int)
+    which = np.repeat(np.arange(count.size), count)
+    angle = np.concatenate([2 * np.pi * (np.arange(n) + 0.5 * (i % 2)) / n for i, n in enumerate(count)])
+    places = radii[which, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return Surface(
+        places,
+        surface.heights[which],
+        surface.half_widths[which],
+        surface.stress[which],
+        surface.contact[which],
+        surface.cell,
+    )
 
 
 def half_edges(particles):

@@ -76,7 +76,13 @@ contains
                   if (particles%body(p) /= body) cycle
                   all_of_it = all_of_it + 1
                   held = held + particles%column(p, v)
-                  halvings = log(cell**3/spec%particles_per_cell/particles%column(p, v))/log(8.0_wp)
+                  if (spec%section%is_flat()) then ! of squares
+                     halvings = log(cell**2/real(spec%particles_per_cell, wp)**(2.0_wp/3.0_wp) &
+                                    *spec%section%depth(particles%column(p, levels(l)%layout%position)) &
+                                    /particles%column(p, v))/log(4.0_wp)
+                  else
+                     halvings = log(cell**3/spec%particles_per_cell/particles%column(p, v))/log(8.0_wp)
+                  end if
                   if (abs(halvings - nint(halvings)) > whole) cut = cut + 1
                end do
             end associate

@@ -120,9 +120,6 @@ contains
                    trim(merge('0,0,0          ', '0 but for its y', section%is_round())))
       if (any(abs(body%stress([4, 6])) > 0.0_wp)) &
          call fail(error, exit_input, text%place('body', i, 'stress')//start//'yz and xy must be 0')
-      if (body%fill == fill_share) &
-         call fail(error, exit_input, text%place('body', i, 'fill')//start//'share is not there yet; '// &
-                   'allowed: whole')
    end subroutine check_body
 
    !> A tool is on the axis and moves along it, or stays the same along y.
@@ -163,9 +160,9 @@ contains
       character(len=:), allocatable :: start
       integer :: l
       start = 'with geometry='''//scene%grid%section%word()//''' '
-      if (scene%quasi_static%present) &
-         call fail(error, exit_input, text%line_of('quasi_static', 1)//', &quasi_static: '//start// &
-                   'steps are explicit; allowed in 3D')
+      if (scene%quasi_static%present .and. scene%quasi_static%preconditioner /= preconditioner_jacobi) &
+         call fail(error, exit_input, text%place('quasi_static', 1, 'preconditioner')//': '//start// &
+                   'must be jacobi')
       if (scene%fields() > 1) &
          call fail(error, exit_input, text%line_of('body', 1)//', &body: '//start// &
                    'contact between bodies is not there yet; allowed: one contact_group')

@@ -15,15 +15,11 @@ module m_contact_area
    use m_level, only: level_t
    use m_surface_points, only: surface_point_t, squares_t, sorted_in_squares, find_neighbours
    use m_contact_edge, only: find_edges, ahead
+   use m_contact_cover, only: mirror_t, beside, beyond_mirror, covers, between, area_of_section
    use m_face_gap, only: find_gap, near_tool, particles_near, thickest
    implicit none
    private
    public :: projected_area, area_of, mirror_t, patch_t, patch_under, patch_of
-
-   !> A plane of symmetry that the axis is parallel to: a line, inside which `normal` . place >= `from`.
-   type :: mirror_t
-      real(wp) :: normal(2) = 0.0_wp, from = 0.0_wp
-   end type mirror_t
 
    !> A tool's contact as its axis sees it: the points at the surface, images in mirrors among them.
    type :: patch_t
@@ -32,15 +28,11 @@ module m_contact_area
       logical, allocatable :: in_contact(:)
       type(mirror_t), allocatable :: mirrors(:)
       type(section_t) :: section !< that the points are of: all on one line then
-   contains
-      procedure, private :: beyond_mirror
    end type patch_t
 
    real(wp), parameter :: farthest = 1.5_wp !< cells: gaps that are looked at
    real(wp), parameter :: buried = 0.4_wp !< a point is not at the surface if another one beside it is nearer
                                           !< to the tool by so many edges
-   real(wp), parameter :: beside = 0.75_wp  !< edges, seen along the axis
-   real(wp), parameter :: sight = 1.2_wp    !< edges: so far a point outside says where the edge is
    real(wp), parameter :: closed = 0.03_wp  !< of the largest gap within a cell: a smaller gap is none
    real(wp), parameter :: around = 1.5_wp   !< cells: a point is in contact that points in contact so near
                                             !< surround
@@ -49,8 +41,7 @@ module m_contact_area
    real(wp), parameter :: bears = 0.1_wp   !< of the mean pressure in contact: a point at a ridge that bears
                                            !< more,
    real(wp), parameter :: hovers = 0.25_wp !< edges: and whose gap is smaller, is in contact
-   integer, parameter :: per_edge = 4       !< the area is counted in squares of 1/4 edge,
-   integer, parameter :: on_line = 64       !< of a section in steps of 1/64 edge
+   integer, parameter :: per_edge = 4       !< the area is counted in squares of 1/4 edge
    real(wp), parameter :: most_squares = 4.0e6_wp
    integer, parameter :: point_reals = storage_size(surface_point_t())/storage_size(1.0_wp)
 
@@ -81,6 +72,9 @@ contains
       call gather(communicator, points_near(tool, level, materials, carried, across), points)
       patch = patch_of(points, mirrors_of(level, tool, across), level%grid%cell)
       patch%section = level%grid%section
+      if (patch%section%is_flat()) &
+         patch%in_contact = patch%in_contact .or. between(patch%points, patch%in_contact, &
+                                                          around*level%grid%cell)
    end function patch_under
 
    !> Collective: the area (m2) of a patch.
@@ -91,7 +85,8 @@ contains
       area = 0.0_wp
       if (.not. any(patch%in_contact)) return
       if (patch%section%is_flat()) then
-         area = area_of_section(patch, cell)
+         area = area_of_section(patch%points, patch%squares, patch%in_contact, patch%mirrors, patch%section, &
+                                cell)
          return
       end if
       area = communicator%sum_real(counted(patch%points, patch%squares, patch%in_contact, cell, &
@@ -340,44 +335,6 @@ contains
       end do
    end function on_all_sides
 
-   !> Area (m2) of all that the contact of a section stands for: steps of a line that are covered, each once
-   !> around the axis, or for a metre. The same on every rank.
-   real(wp) function area_of_section(patch, cell) result(area)
-      type(patch_t), intent(in) :: patch
-      real(wp), intent(in) :: cell !< m
-      real(wp) :: along(2), low, high, edge, width, at, outwards(2, size(patch%points)), &
-                  back(size(patch%points))
-      logical :: known(size(patch%points))
-      integer :: i, near(size(patch%points)), steps
-      associate (points => patch%points)
-         call find_edges(points, patch%squares, patch%in_contact, cell, known, outwards, back)
-         along = 0.0_wp ! the points lie on it; the other direction is across the section
-         along(maxloc([maxval(abs(points%place(1))), maxval(abs(points%place(2)))], dim=1)) = 1.0_wp
-         edge = sum(points%edge, mask=patch%in_contact)/count(patch%in_contact)
-         low = minval(along(1)*points%place(1) + along(2)*points%place(2), mask=patch%in_contact) - edge
-         high = maxval(along(1)*points%place(1) + along(2)*points%place(2), mask=patch%in_contact) + edge
-         steps = ceiling((high - low)/edge*on_line)
-         width = (high - low)/steps
-         area = 0.0_wp
-         do i = 0, steps - 1
-            at = low + width*(i + 0.5_wp)
-            if (patch%beyond_mirror(at*along)) cycle
-            if (covers(points, patch%squares, patch%in_contact, known, outwards, back, edge, &
-                       at*along, near)) &
-               area = area + width*patch%section%depth(abs(at))
-         end do
-      end associate
-   end function area_of_section
-
-   !> True of a place that is the image of one inside.
-   pure logical function beyond_mirror(self, place)
-      class(patch_t), intent(in) :: self
-      real(wp), intent(in) :: place(2)
-      integer :: m
-      beyond_mirror = any([(dot_product(self%mirrors(m)%normal, place) < self%mirrors(m)%from, &
-                            m=1, size(self%mirrors))])
-   end function beyond_mirror
-
    !> This rank's share of the area: small squares on the near side of the edge that the next point beside the
    !> contact sees, or, away from the edge, whose nearest point is in contact; inside the mirrors.
    real(wp) function counted(points, squares, in_contact, cell, mirrors, rank, ranks)
@@ -389,7 +346,7 @@ contains
       integer, intent(in) :: rank, ranks
       real(wp) :: low(2), high(2), place(2), edge, width, outwards(2, size(points)), back(size(points))
       logical :: known(size(points))
-      integer :: squares_along(2), i, j, m, n, near(size(points))
+      integer :: squares_along(2), i, j, n, near(size(points))
       call find_edges(points, squares, in_contact, cell, known, outwards, back)
       edge = sum(points%edge, mask=in_contact)/count(in_contact)
       low = [minval(points%place(1), mask=in_contact), minval(points%place(2), mask=in_contact)] - edge
@@ -400,39 +357,11 @@ contains
       do j = rank, squares_along(2) - 1, ranks
          do i = 0, squares_along(1) - 1
             place = low + width*([i, j] + 0.5_wp)
-            if (any([(dot_product(mirrors(m)%normal, place) < mirrors(m)%from, m=1, size(mirrors))])) cycle
+            if (beyond_mirror(mirrors, place)) cycle
             if (covers(points, squares, in_contact, known, outwards, back, edge, place, near)) n = n + 1
          end do
       end do
       counted = n*width**2
    end function counted
-
-   !> True of a place that the contact covers.
-   logical function covers(points, squares, in_contact, known, outwards, back, edge, place, near)
-      type(surface_point_t), intent(in) :: points(:)
-      type(squares_t), intent(in) :: squares
-      logical, intent(in) :: in_contact(:), known(:)
-      real(wp), intent(in) :: outwards(:, :), back(:) !< as of find_edges
-      real(wp), intent(in) :: edge, place(2) !< m
-      integer, intent(inout) :: near(:) !< work
-      real(wp) :: distance, nearest, nearest_out
-      integer :: found, m, p, out
-      call find_neighbours(points, squares, place, sight*edge, near, found)
-      covers = .false.
-      out = 0
-      nearest = huge(nearest)
-      nearest_out = huge(nearest)
-      do m = 1, found
-         p = near(m)
-         distance = norm2(points(p)%place - place)
-         if (distance < nearest) covers = in_contact(p) .and. distance < beside*edge
-         nearest = min(nearest, distance)
-         if (.not. known(p) .or. distance >= nearest_out) cycle
-         nearest_out = distance
-         out = p
-      end do
-      if (out > 0) covers = nearest < edge .and. dot_product(points(out)%place - place, outwards(:, out)) &
-                                                 > back(out)
-   end function covers
 
 end module m_contact_area

@@ -9,9 +9,10 @@ module m_tool_reactions
    use m_vectors, only: cross
    use m_contact_point, only: candidate_t, drift_of, place_of, point_velocity, tool_velocity
    use m_candidates, only: candidates_t
+   use m_section, only: section_t
    implicit none
    private
-   public :: tool_state_t, reaction_t, accumulate_reactions, add_particle_work, add_up
+   public :: tool_state_t, reaction_t, accumulate_reactions, close_ring, add_particle_work, add_up
 
    !> What one tool has met, over all ranks: in the last step, and since the start.
    type :: tool_state_t
@@ -76,14 +77,22 @@ contains
                                                           - tool_velocity(tools, it))
          end associate
       end do
-      if (.not. level%grid%section%is_round()) return
-      do c = 1, size(reactions) ! all around only what goes along the axis is left
-         reactions(c)%load(:2) = 0.0_wp
-         reactions(c)%moment = 0.0_wp
-         reactions(c)%rub(:2) = 0.0_wp
-         reactions(c)%rub_moment = 0.0_wp
-      end do
+      call close_ring(reactions, level%grid%section)
    end subroutine accumulate_reactions
+
+   !> All around the axis of a section of one of revolution only what goes along it is left.
+   pure subroutine close_ring(reactions, section)
+      type(reaction_t), intent(inout) :: reactions(:) !< (tools)
+      type(section_t), intent(in) :: section
+      integer :: t
+      if (.not. section%is_round()) return
+      do t = 1, size(reactions)
+         reactions(t)%load(:2) = 0.0_wp
+         reactions(t)%moment = 0.0_wp
+         reactions(t)%rub(:2) = 0.0_wp
+         reactions(t)%rub_moment = 0.0_wp
+      end do
+   end subroutine close_ring
 
    !> What the forces of the step do on pressed particles of one block by the motion that these have just
    !> made: that of the centre, and dt L arm.

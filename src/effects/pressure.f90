@@ -22,6 +22,7 @@ module m_pressure
    use m_half_edges, only: fitted_edges
    use m_carried_face, only: carry_faces
    use m_effect, only: effect_t, hooks_t
+   use m_section, only: section_t
    implicit none
    private
    public :: pressure_t
@@ -39,9 +40,11 @@ module m_pressure
       logical :: whole_faces = .false. !< forces go to nodes by the mean over faces of small domains too (eq.
                                        !< face-mean): without inertia nothing evens out what a point would do
       integer :: area = 0 !< first column of the particle's share of the patch, an outward vector, m2
+      type(section_t), private :: section !< of the scene
       integer :: arm = 0  !< first column of the way from the particle's centre to the middle of its share, m
    contains
       procedure :: variables
+      procedure :: take_section
       procedure :: hooks
       procedure :: declare
       procedure :: initialise
@@ -73,6 +76,19 @@ contains
          call group%refuse('values', 'must be as many numbers as times, '//to_text(size(self%times))//'; '// &
                            to_text(size(self%values))//' given')
    end subroutine variables
+
+   !> A patch across x or z, all that there is along y.
+   subroutine take_section(self, section, why)
+      class(pressure_t), intent(inout) :: self
+      type(section_t), intent(in) :: section
+      character(len=:), allocatable, intent(out) :: why
+      why = ''
+      self%section = section
+      self%lower(2) = -huge(1.0_wp)
+      self%upper(2) = huge(1.0_wp)
+      if (count(self%upper([1, 3]) > self%lower([1, 3])) /= 1) &
+         why = 'with geometry='''//section%word()//''' a patch lies across x or z, equal in lower and upper'
+   end subroutine take_section
 
    pure type(hooks_t) function hooks(self)
       class(pressure_t), intent(in) :: self
@@ -117,7 +133,7 @@ contains
          middle = cells(1:3, p)
          associate (half => cells(4, p), column => particles%column(first + p - 1, :))
             if (any(middle + 3.0_wp*half < self%lower) .or. any(middle - 3.0_wp*half > self%upper)) cycle
-            call cells_of_particle(shape, middle, half, places, count)
+            call cells_of_particle(shape, middle, half, .false., places, count)
             area = 0.0_wp
             size_of = 0.0_wp
             weighted = 0.0_wp
@@ -147,6 +163,8 @@ contains
       do p = 1, particles%count
          position = particles%column(p, layout%position:layout%position + 2)
          half = 0.5_wp*particles%column(p, layout%volume)**(1.0_wp/3.0_wp) ! a cube at the start
+         if (self%section%is_flat()) & ! or a square
+            half = 0.5_wp*sqrt(particles%column(p, layout%volume)/self%section%depth(position(1)))
          outward = sign(1.0_wp, self%lower(axis) - position(axis))
          if (abs(position(axis) + outward*half - self%lower(axis)) > touching*half) cycle
          from = max(position - half, self%lower)
@@ -154,10 +172,15 @@ contains
          from(axis) = 0.0_wp
          to(axis) = 1.0_wp
          if (any(to <= from)) cycle
+         if (self%section%is_flat()) then ! of that length, all that it stands for
+            from(2) = 0.0_wp
+            to(2) = self%section%depth(merge(self%lower(1), 0.5_wp*(from(1) + to(1)), axis == 1))
+         end if
          particles%column(p, self%area + axis - 1) = outward*product(to - from)
          from(axis) = position(axis) + outward*half ! its own face, not the plane, which may be off by
                                                     ! rounding
          to(axis) = from(axis)
+         if (self%section%is_flat()) from(2) = -to(2)
          particles%column(p, self%arm:self%arm + 2) = 0.5_wp*(from + to) - position
       end do
    end subroutine initialise
@@ -192,7 +215,12 @@ contains
             ': no surface of a body lies within the box; allowed: a box that holds some')
          return
       end if
-      patch = product(pack(self%upper - self%lower, self%upper > self%lower))
+      if (self%section%is_flat()) then
+         patch = sum(self%upper([1, 3]) - self%lower([1, 3]))*self%section%depth(0.5_wp*(self%lower(1) &
+                                                                                         + self%upper(1)))
+      else
+         patch = product(pack(self%upper - self%lower, self%upper > self%lower))
+      end if
       if (abs(found - patch) <= covered*patch) return
       call fail(error, exit_input, self%group_text()//': '//to_text(found, 6)//' m2 of the patch of '// &
                 to_text(patch, 6)// &
@@ -224,6 +252,7 @@ contains
                            .not. (turns .or. layout%half_sizes), middle, span)
             place = (column(p, layout%position:layout%position + 2) + middle - block%origin)*grid%per_cell
             where (abs(place - nint(place)) < hair) place = nint(place)
+            if (self%section%is_flat()) span(2, :) = 0.0_wp
             call weigh(face, bin_place(int(block%cells%bin(p))), place, span*grid%per_cell, turns)
             do k = 0, face%last
                do j = 0, face%last

@@ -60,7 +60,7 @@ contains
             level%layout%stress:level%layout%stress + 5))) &
             call report_undefined(model, l, b, error)
          if (level%layout%motion > 0) &
-            call advance_half_edges(particles%count, level%gradient, time_step, &
+            call advance_half_edges(particles%count, level%gradient, time_step, .false., &
                                     particles%column(:, level%layout%motion:level%layout%motion + 8))
          if (model%method%domain /= domain_fixed) call advance_domains(model, l, b, time_step, error)
       end associate

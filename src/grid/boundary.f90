@@ -173,6 +173,7 @@ contains
       logical :: held(3)
       integer :: axis, side, plane
       held = .false.
+      held(2) = grid%section%is_flat() ! nothing moves across a section
       do axis = 1, 3
          do side = 1, 2
             plane = merge(0, grid%cells(axis), side == 1)

@@ -55,6 +55,7 @@ contains
          do p = 1, block%particles%count
             r = half_edges(column(p, :), level%layout)*level%grid%per_cell
             r = r*min(1.0_wp, 0.5_wp/maxval(sum(abs(r), dim=2)))*(1.0_wp - hair)
+            if (level%grid%section%is_flat()) r(:, 2) = 0.0_wp ! one layer of cells
             place = (column(p, x:x + 2) - block%origin)*level%grid%per_cell
             do c = 0, 7
                corner = place + matmul(r, real(2*[ibits(c, 0, 1), ibits(c, 1, 1), ibits(c, 2, 1)] - 1, wp))
@@ -142,7 +143,7 @@ contains
                   if (self%filled(i, j, k, b)) bare = is_own_node(level, b, [i, j, k])
                   if (bare .and. .not. tiles(coarse, i, j, k, b) > 0.5_wp) then
                      bare = .false.
-                     do axis = 1, 3
+                     do axis = 1, 3, merge(2, 1, level%grid%section%is_flat())
                         do side = -1, 1, 2
                            next = [i, j, k]
                            next(axis) = next(axis) + side
@@ -193,7 +194,7 @@ contains
             do k = 0, tile_last
                do j = 0, tile_last
                   do i = 0, tile_last
-                     do axis = 1, 3
+                     do axis = 1, 3, merge(2, 1, level%grid%section%is_flat())
                         if (.not. is_own_node(level, b, [i, j, k], axis)) cycle
                         total = faces_at(self, tiles(edge, :, :, :, b), b, [i, j, k], axis)
                         if (.not. total > 0.0_wp) cycle
@@ -201,6 +202,8 @@ contains
                         if (pass == 1) cycle
                         self%at(:, n) = [axis, i, j, k, b]
                         self%stiffness(n) = share*level%grid%cell/12.0_wp*total
+                        if (level%grid%section%is_flat()) &
+                           self%stiffness(n) = share*depth_at(level, b, i)/6.0_wp*total
                      end do
                   end do
                end do
@@ -212,6 +215,16 @@ contains
          allocate (self%at(5, n), self%stiffness(n))
       end do
    end subroutine find_faces
+
+   !> How far what faces have of a node goes on across a section, m: two of them there are, not four, and each
+   !> has half of its length.
+   pure real(wp) function depth_at(level, b, i) result(depth)
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: b, i !< of the node in its tile
+      integer :: node(3)
+      node = tile_node(level, b, [i, 0, 0])
+      depth = level%grid%section%depth(level%grid%lower(1) + max(real(node(1), wp), 0.25_wp)*level%grid%cell)
+   end function depth_at
 
    !> Sum of the secant modulus over the faces across an axis that a node belongs to and that count, Pa.
    pure real(wp) function faces_at(self, edges, b, node, axis) result(total)

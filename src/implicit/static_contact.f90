@@ -141,7 +141,7 @@ contains
             r = 0.5_wp*edge*reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
             call find_face(r, normal, level%grid%cell, .true., 0.5_wp*edge*min(1.0_wp, thickness/edge &
                                                                               + flattening), to_face, span)
-            c%area = edge**2
+            c%area = edge*merge(at%section%depth(centre(1)), edge, at%section%is_flat())
          end if
          call set_face(c, level%grid, block%place, bin_place(int(block%cells%bin(p))), at%domain > 0, &
                        (centre - to_face*normal - block%origin)*level%grid%per_cell, span*level%grid%per_cell)

@@ -8,7 +8,7 @@ module m_static_loads
    use m_static_contact, only: static_contact_t
    use m_static_meetings, only: find_meeting_points, book_meetings
    use m_face_gap, only: find_gap, thickest
-   use m_tool_reactions, only: reaction_t, add_up
+   use m_tool_reactions, only: reaction_t, close_ring, add_up
    implicit none
    private
    public :: find_contact, book_contact, any_friction
@@ -160,6 +160,7 @@ contains
             sums%heat = sums%heat - contact%share*dot_product(it%rub, it%slip + it%yielding*it%rub)
          end associate
       end do
+      call close_ring(reactions, model%levels(1)%grid%section)
    end subroutine gather
 
    !> Pressures of the points into the columns of their particles; and gaps: those that are pressed touch,

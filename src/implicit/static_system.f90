@@ -19,7 +19,7 @@ module m_static_system
    use m_static_means, only: take_trial_gradients, push_nodes
    use m_static_ways, only: rigid_motion_t, motion_of_body, may_hold
    use m_called_off, only: called_off_t
-   use m_trial_state, only: verdict_t, sum_of_squares
+   use m_trial_state, only: verdict_t, sum_of_squares, squares_of_section
    implicit none
    private
    public :: static_system_t
@@ -201,8 +201,12 @@ contains
                                     b)
                   if (verdict%level == 0) verdict%level = l
                   trial%acting(:n, :) = trial%force(:n, :)
-                  squares = squares + level%grid%cell*sum_of_squares(trial%force(:n, :), &
-                                                          block%particles%column(:n, level%layout%volume))
+                  if (level%grid%section%is_flat()) then
+                     squares = squares + squares_of_section(trial%force(:n, :), level, b)
+                  else
+                     squares = squares + level%grid%cell*sum_of_squares(trial%force(:n, :), &
+                                                             block%particles%column(:n, level%layout%volume))
+                  end if
                end associate
             end do
             call push_nodes(self%levels(l), self%model, l)

@@ -6,11 +6,12 @@ module m_trial_state
    use m_vectors, only: cross
    use m_field_table, only: layout_t
    use m_particle_store, only: particle_store_t
+   use m_level, only: level_t
    use m_materials, only: materials_t
    use m_closed_tangent, only: closed_tangent
    implicit none
    private
-   public :: trial_block_t, verdict_t, relaxation, part_of_gradient, sum_of_squares
+   public :: trial_block_t, verdict_t, relaxation, part_of_gradient, sum_of_squares, squares_of_section
 
    integer, parameter :: lanes = 64 !< particles at once: their columns stay in the nearest cache
    real(wp), parameter :: difference = 1.0e-7_wp !< of a component of the gradient
@@ -140,6 +141,16 @@ contains
          squares = squares + sum(force(:, c)**2/volume)
       end do
    end function sum_of_squares
+
+   !> The same of a block of a section, times what is across it, N2.
+   pure real(wp) function squares_of_section(force, level, b) result(squares)
+      real(wp), intent(in) :: force(:, :) !< N m
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: b
+      associate (column => level%blocks(b)%particles%column, n => size(force, 1), at => level%layout)
+         squares = sum_of_squares(force, column(:n, at%volume)/at%section%depth(column(:n, at%position)))
+      end associate
+   end function squares_of_section
 
    !> By how much the stress of particles that stand still would change in a time, and how large it is: sums
    !> of squares over components and volumes, Pa2 m3.

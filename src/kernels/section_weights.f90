@@ -5,7 +5,7 @@ module m_section_weights
    use m_kinds, only: wp
    implicit none
    private
-   public :: set_plane, add_ring_slopes, take_hoop_force, take_hoop_rate, within_axis
+   public :: set_plane, add_ring_slopes, take_hoop_force, take_hoop_rate, take_hoop_modulus, within_axis
 
 contains
 
@@ -78,5 +78,16 @@ contains
          gradient(p, 6) = 0.0_wp
       end do
    end subroutine take_hoop_rate
+
+   !> The same in the diagonal of a stiffness, whose moduli are those of m_static_transfer: what goes with the
+   !> square of the slope along y is the hoop's own modulus. What mixes it with other slopes is left out; the
+   !> diagonal is that of a preconditioner.
+   pure subroutine take_hoop_modulus(modulus)
+      real(wp), intent(inout) :: modulus(27) !< of component a: b and d at 9 (a-1) + 3 (d-1) + b, J
+      modulus(5) = modulus(14)
+      modulus([2, 4, 6, 8]) = 0.0_wp
+      modulus(10:18) = 0.0_wp            ! nothing moves along y
+      modulus([20, 22, 23, 24, 26]) = 0.0_wp ! no strain is v_z/r
+   end subroutine take_hoop_modulus
 
 end module m_section_weights

@@ -9,6 +9,7 @@ module m_static_transfer
    use m_corner_stencil, only: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights
    use m_p2g_boxes, only: load_t, add_force
    use m_p2g_corners, only: add_corners_load
+   use m_section_weights, only: take_hoop_force, take_hoop_modulus
    implicit none
    private
    public :: p2g_stress, p2g_diagonal
@@ -34,6 +35,7 @@ contains
          if (layout%domain > 0) then
             call set_corners(corners, cells, first, column, layout, frame)
             call set_stress(load, corners%list, force)
+            if (layout%section%is_round()) call take_hoop_force(corners%list%count, load%force)
             do m = 1, corners%list%count
                p = 1 + mod(m - 1, batch)
                if (p == 1) call set_corner_weights(weights, corners, m, frame%per_cell)
@@ -42,6 +44,7 @@ contains
          else
             call set_stencil(stencil, cells, first, column, layout, frame)
             call set_stress(load, stencil, force)
+            if (layout%section%is_round()) call take_hoop_force(stencil%count, load%force)
             do r = 1, stencil%runs
                associate (place => stencil%run_place(:, r))
                   call add_force(load, stencil, stencil%run_first(r), stencil%run_first(r + 1) - 1, &
@@ -88,6 +91,7 @@ contains
                if (p == 1) call set_corner_weights(weights, corners, m, frame%per_cell)
                slope = weights%slope(p, :, :)
                own = modulus(corners%list%member(m), :)
+               if (layout%section%is_round()) call take_hoop_modulus(own)
                call add_diagonal(slope, own, corners%place(:, m), tile)
             end do
          else
@@ -96,6 +100,7 @@ contains
                do m = stencil%run_first(r), stencil%run_first(r + 1) - 1
                   call slopes_of_box(stencil, m, slope)
                   own = modulus(stencil%member(m), :)
+                  if (layout%section%is_round()) call take_hoop_modulus(own)
                   call add_diagonal(slope, own, stencil%run_place(:, r), tile)
                end do
             end do

@@ -224,6 +224,9 @@ contains
          associate (x => layout%position, areas => values(:n, layout%volume)/values(:n, layout%position))
             values(n + 1, x) = values(n + 1, layout%volume)/sum(areas)
             values(n + 1, x + 2) = sum(areas*values(:n, x + 2))/sum(areas)
+            do c = layout%start, layout%start + merge(2, -1, layout%start > 0)
+               values(n + 1, c) = sum(areas*values(:n, c))/sum(areas)
+            end do
          end associate
       end if
       call join_faces(values, shares, layout%position)

@@ -264,8 +264,7 @@ contains
          if (self%contact%pairs%active()) call self%contact%pairs%declare(table)
          call declare_motion(table, scene%output, self%method%domain /= domain_fixed)
          splits = 3*(size(self%levels) - 1) + merge(0, of_domains, self%method%domain == domain_fixed)
-         layout = table%layout()
-         layout%section = scene%grid%section
+         layout = table%layout(scene%grid%section)
          call number_ids(layout, scene%bodies, self%levels(1)%grid%cell, splits, error)
          do l = 1, size(self%levels)
             self%levels(l)%table = table

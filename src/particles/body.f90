@@ -214,15 +214,19 @@ contains
          if (.not. spec%shape%inside(birth%x)) birth%volume = 0.0_wp
          return
       end if
-      call cells_of_particle(spec%shape, birth%x, birth%half, cells, count)
+      call cells_of_particle(spec%shape, birth%x, birth%half, spec%section%is_flat(), cells, count)
       do n = 1, count
-         call find_part(spec%shape, cells(:, n), birth%half, part)
+         call find_part(spec%shape, cells(:, n), birth%half, part, spec%section%is_flat())
       end do
       if (part%volume >= birth%volume*(1.0_wp - whole) .and. count == 1) return
       birth%volume = part%volume
       if (count == 0) return
       birth%x = part%middle()
-      birth%halves = part%half_edges(0.5_wp*cell)
+      if (spec%section%is_flat()) then
+         birth%halves = part%half_edges_of_section(0.5_wp*cell, birth%half)
+      else
+         birth%halves = part%half_edges(0.5_wp*cell)
+      end if
    end subroutine find_shape
 
    !> Append to a list.
@@ -261,6 +265,7 @@ contains
             values(at%half_size:at%half_size + 2) = birth%halves
          else if (at%half_size > 0) then
             values(at%half_size) = product(birth%halves)**(1.0_wp/3.0_wp)
+            if (spec%section%is_flat()) values(at%half_size) = sqrt(birth%halves(1)*birth%halves(3))
             if (all(abs(birth%halves - birth%half) <= 0.0_wp)) values(at%half_size) = birth%half
          end if
          if (at%domain > 0) values(at%domain:at%domain + 8:4) = birth%halves

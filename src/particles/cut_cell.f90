@@ -25,6 +25,7 @@ module m_cut_cell
    contains
       procedure :: middle
       procedure :: half_edges
+      procedure :: half_edges_of_section
    end type part_t
 
 contains
@@ -57,14 +58,25 @@ contains
       half = min(half, longest)
    end function half_edges
 
+   !> The same of the part of a square that a section has of the cube, as thick as that.
+   pure function half_edges_of_section(self, longest, across) result(half)
+      class(part_t), intent(in) :: self
+      real(wp), intent(in) :: longest, across !< m; half the cube's edge
+      real(wp) :: half(3)
+      half = sqrt(3.0_wp*max(self%second/self%volume - self%middle()**2, 0.0_wp))
+      half(2) = across
+      half([1, 3]) = min(half([1, 3])*sqrt(self%volume/(8.0_wp*product(half))), longest)
+   end function half_edges_of_section
+
    !> The part of a shape in a cube, in the whole cube where the surface does not reach it. Added to what is
-   !> there.
-   pure recursive subroutine find_part(shape, middle, half, part, depth)
+   !> there. Of a section what its square in the plane of the middle has, as thick as the cube.
+   pure recursive subroutine find_part(shape, middle, half, part, flat, depth)
       class(shape_t), intent(in) :: shape
       real(wp), intent(in) :: middle(3), half
       type(part_t), intent(inout) :: part
+      logical, intent(in) :: flat            !< of a section
       integer, intent(in), optional :: depth !< halvings that are left
-      real(wp) :: distance, normal(3), share, centre(3)
+      real(wp) :: distance, normal(3), share, centre(3), parts(3)
       integer :: left, octant
       left = halvings
       if (present(depth)) left = depth
@@ -77,15 +89,17 @@ contains
       if (distance >= sqrt(3.0_wp)*half) return
       if (left > 0 .and. distance > -sqrt(3.0_wp)*half) then
          do octant = 0, 7
-            call find_part(shape, middle + 0.5_wp*half*real(2*ibits(octant, [0, 1, 2], 1) - 1, wp), &
-                           0.5_wp*half, part, left - 1)
+            parts = real(2*ibits(octant, [0, 1, 2], 1) - 1, wp)
+            if (flat .and. parts(2) > 0.0_wp) cycle
+            if (flat) parts(2) = 0.0_wp
+            call find_part(shape, middle + 0.5_wp*half*parts, 0.5_wp*half, part, flat, left - 1)
          end do
          return
       end if
       share = 1.0_wp
       if (distance > -sqrt(3.0_wp)*half) share = share_below(distance, half, normal)
       if (share <= 0.0_wp) return
-      associate (volume => share*(2.0_wp*half)**3)
+      associate (volume => share*(2.0_wp*half)**3*merge(2**(halvings - left), 1, flat))
          ! what is left of a box after a cut across its shortest way
          centre = middle - (1.0_wp - share)*half*normal
          part%volume = part%volume + volume
@@ -104,9 +118,10 @@ contains
 
    !> The cubes that a particle is made of: that where it was born and those beside it whose part is too small
    !> for a particle of its own and which this one is next to, inwards. None where its own is too small.
-   pure subroutine cells_of_particle(shape, middle, half, cells, count)
+   pure subroutine cells_of_particle(shape, middle, half, flat, cells, count)
       class(shape_t), intent(in) :: shape
       real(wp), intent(in) :: middle(3), half
+      logical, intent(in) :: flat !< of a section
       real(wp), intent(out) :: cells(3, most_cells) !< their middles, m
       integer, intent(out) :: count
       real(wp) :: distance, normal(3), beside(3)
@@ -122,7 +137,7 @@ contains
       end if
       count = 1
       if (distance <= -(2.0_wp + sqrt(3.0_wp))*half) return ! nothing beside it is cut
-      do axis = 1, 3
+      do axis = 1, 3, merge(2, 1, flat)
          do side = -1, 1, 2
             beside = middle
             beside(axis) = middle(axis) + 2*side*half
@@ -141,7 +156,7 @@ contains
       pure real(wp) function volume_of(place)
          real(wp), intent(in) :: place(3)
          type(part_t) :: part
-         call find_part(shape, place, half, part)
+         call find_part(shape, place, half, part, flat)
          volume_of = part%volume
       end function volume_of
    end subroutine cells_of_particle

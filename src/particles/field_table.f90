@@ -151,9 +151,11 @@ contains
    end function shares
 
    !> Where the kernels find their fields.
-   pure type(layout_t) function layout(self)
+   pure type(layout_t) function layout(self, section)
       class(field_table_t), intent(in) :: self
+      type(section_t), intent(in), optional :: section !< that the scene is given by, if it is
       integer :: f
+      if (present(section)) layout%section = section
       layout%position = self%column('position')
       layout%velocity = self%column('velocity')
       layout%mass = self%column('mass')

@@ -2,14 +2,14 @@
 !> halves: see doc/developer/design.md.
 module m_split
    use m_kinds, only: wp, i8
-   use m_vectors, only: cross
    use m_block, only: block_t
    use m_particle_store, only: particle_store_t
    use m_field_table, only: field_table_t, layout_t, shares_t
    use m_half_edges, only: half_edges, set_half_edges, lengths_squared
    use m_grid_level, only: grid_level_t
    use m_region, only: region_t
-   use m_section_parts, only: octant_of, octants_of, split_in_four, share_of_ring, beside_axis
+   use m_section_parts, only: octant_of, octants_of, split_in_four, share_of_ring, beside_axis, &
+                              carried, share_faces, share_start
    implicit none
    private
    public :: stuff_t, split_long, split_in_eight, octants_of, must_split, edges_to_split, is_whole, &
@@ -18,9 +18,6 @@ module m_split
    !> Longest half edge, in cells. One particle a cell begins with 0.5: a body hardly strained is not to be
    !> split.
    real(wp), parameter :: longest = 0.525_wp
-
-   real(wp), parameter :: at_end = 1.0e-3_wp !< a carried face so near to the end of its domain, in half
-                                             !< edges, lies on it
 
    ! Under tension nodes must see more of the motion within a cell (theory.md, eq. pulled).
    real(wp), parameter :: longest_pulled = 0.35_wp !< half edge of a particle that bears tension, in cells;
@@ -260,7 +257,7 @@ contains
             part(carried(shares)) = values(carried(shares))
             side = octant_of(octant)
             do k = 1, 3
-               call share_faces(part, shares, 2.0_wp*r, k, side(k))
+               call share_faces(part, shares, layout, values(layout%position), 2.0_wp*r, k, side(k))
             end do
             part(layout%position:layout%position + 2) = values(layout%position:layout%position + 2) + shift
             part(layout%velocity:layout%velocity + 2) = values(layout%velocity:layout%velocity + 2) &
@@ -300,7 +297,7 @@ contains
       type(layout_t), intent(in) :: layout
       type(shares_t), intent(in) :: shares
       real(wp), dimension(size(shares%extensive)) :: values, upper
-      real(wp) :: r(3, 3), shift(3), faster(3), low, way(3)
+      real(wp) :: r(3, 3), shift(3), faster(3), low, way(3), radius
       real(wp) :: along(3)
       integer(i8) :: new_id
       integer :: generation
@@ -310,6 +307,7 @@ contains
       faster = 0.0_wp
       if (layout%gradient > 0) faster = matmul(reshape(values(layout%gradient:layout%gradient + 8), [3, 3]), &
                                                shift)
+      radius = values(layout%position)
       way = shift
       low = 0.5_wp
       if (layout%section%is_round()) then
@@ -341,74 +339,12 @@ contains
       end associate
       along = 0.0_wp
       along(k) = 0.5_wp
-      call share_start(upper, particles%column(p, :), layout, along, shift)
-      call share_start(values, particles%column(p, :), layout, -along, -shift)
-      call share_faces(values, shares, r, k, -1.0_wp)
-      call share_faces(upper, shares, r, k, 1.0_wp)
+      call share_start(upper, particles%column(p, :), layout, along, way)
+      call share_start(values, particles%column(p, :), layout, -along, -way)
+      call share_faces(values, shares, layout, radius, r, k, -1.0_wp)
+      call share_faces(upper, shares, layout, radius, r, k, 1.0_wp)
       particles%column(p, :) = values
       call particles%append(upper, new_id, particles%body(p))
    end subroutine halve
-
-   !> Where a part of a particle began: in the whole's domain as it was then, which lay along the axes. Where
-   !> domains do not follow the material, as far from the whole as now.
-   pure subroutine share_start(part, whole, layout, place, shift)
-      real(wp), intent(inout) :: part(:)     !< its columns
-      real(wp), intent(in) :: whole(:)       !< those of the whole
-      type(layout_t), intent(in) :: layout
-      real(wp), intent(in) :: place(3) !< of its centre in the whole, in half edges; 0 along those not halved
-      real(wp), intent(in) :: shift(3) !< the same, m
-      if (layout%start == 0) return
-      associate (x => layout%start, h => layout%start_edges)
-         if (h == 0) then
-            part(x:x + 2) = whole(x:x + 2) + shift
-            return
-         end if
-         part(x:x + 2) = whole(x:x + 2) + place*whole(h:h + 2)
-         part(h:h + 2) = whole(h:h + 2)*(1.0_wp - abs(place))
-      end associate
-   end subroutine share_start
-
-   !> Columns of the areas and arms of faces that particles carry.
-   pure function carried(shares) result(columns)
-      type(shares_t), intent(in) :: shares
-      integer, allocatable :: columns(:)
-      integer :: c, f
-      columns = [((shares%faces(1, f) + c, shares%faces(2, f) + c, c=0, 2), f=1, size(shares%faces, 2))]
-   end function carried
-
-   !> What of the faces that a particle carries goes with one of its halves. Along edge k the middle of a face
-   !> is at s r_k from the centre, and the face reaches from there to the nearer end of the domain and as far
-   !> the other way: a face at an end goes to that half alone, one that lies along the edge is shared.
-   pure subroutine share_faces(values, shares, r, k, side)
-      real(wp), intent(inout) :: values(:) !< columns of the half, with area and arm of the whole
-      type(shares_t), intent(in) :: shares
-      real(wp), intent(in) :: r(3, 3)      !< half edges of the whole, columns, m
-      integer, intent(in) :: k             !< the edge that is halved
-      real(wp), intent(in) :: side         !< -1 lower half, 1 upper
-      real(wp) :: across(3), area(3), arm(3), s, w, from, to, share
-      integer :: f
-      across = cross(r(:, mod(k, 3) + 1), r(:, mod(k + 1, 3) + 1))
-      do f = 1, size(shares%faces, 2)
-         associate (a => shares%faces(1, f), b => shares%faces(2, f))
-            area = values(a:a + 2)
-            arm = values(b:b + 2)
-            if (.not. any(abs(area) > 0.0_wp)) cycle
-            s = min(max(dot_product(arm, across)/dot_product(r(:, k), across), -1.0_wp), 1.0_wp)
-            w = 1.0_wp - abs(s)
-            if (w > at_end) then
-               from = max(side*s - w, 0.0_wp) ! in the direction of this half
-               to = max(side*s + w, 0.0_wp)
-               share = 0.5_wp*(to - from)/w
-            else
-               from = side*s
-               to = from
-               share = merge(1.0_wp, 0.0_wp, from > 0.0_wp)
-            end if
-            values(a:a + 2) = share*area
-            values(b:b + 2) = arm + (0.5_wp*side*(from + to) - s - 0.5_wp*side)*r(:, k)
-            if (.not. share > 0.0_wp) values(b:b + 2) = 0.0_wp
-         end associate
-      end do
-   end subroutine share_faces
 
 end module m_split
