@@ -17,7 +17,7 @@ SCENE = """&scene    title='{name}', end_time=1e-2 /
 &time     time_step=2e-3, transfer='{transfer}', stress_update='{update}', domain='{domain}' /
 &material name='soft', density=1000, young=1e5, poisson=0.3, {law} /
 &body     material='soft', shape='box', lower=0.2,0.2,0.2, upper=1.2,0.5,0.5, velocity=0.1,0.02,-0.1, angular_velocity=0.1,0,0 /
-&output   directory='{name}', formats='none' /
+&output   directory='{name}', formats='none', fields={shown} /
 {groups}
 """
 
@@ -105,6 +105,8 @@ CASES = [
         {},
         {"deforming domains": 72},
     ),
+    ("displacement", {"shown": "'displacement'"}, {"start": 3}, {}, {}),
+    ("strain", {"shown": "'strain','deformation_gradient'"}, {"motion_gradient": 9}, {}, {}),
     ("neo_hookean", {"law": "model='neo_hookean'"}, {"deformation_gradient": 9}, {}, {}),
     ("j2", {"law": J2, "groups": NO_LOCKING}, FLOW, {}, {}),
     (
@@ -208,6 +210,7 @@ def run(name, words):
                 "domain": "fixed",
                 "law": "model='elastic'",
                 "groups": "",
+                "shown": "'none'",
             }
             | words
         )
