@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "verification"))
 from run_scene import History, run
 from runs import check, finish
 
