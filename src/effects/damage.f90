@@ -12,8 +12,7 @@ module m_damage
    use m_grid_level, only: grid_level_t
    use m_particle_store, only: particle_store_t
    use m_elastic, only: elastic_t
-   use m_johnson_cook, only: johnson_cook_t
-   use m_mie_grueneisen, only: mie_grueneisen_t
+   use m_material, only: failure_t
    use m_materials, only: materials_t
    use m_level, only: level_t
    use m_effect, only: effect_t, hooks_t
@@ -26,13 +25,8 @@ module m_damage
 
    !> What the effect knows of a body's material.
    type :: stuff_t
-      logical :: acts = .false.      !< its law is one that the effect can act on
-      logical :: flows = .false.     !< it has plastic strain
-      logical :: by_volume = .false. !< its pressure follows from its volume: tension that was lost is not
-                                     !< owed
-      logical :: warms = .false.     !< it has a temperature
+      type(failure_t) :: failure
       type(elastic_t) :: elastic     !< its moduli, of which the energy of a stress is made
-      real(wp) :: room = 0.0_wp, melting = 1.0_wp !< K
    end type stuff_t
 
    type, extends(effect_t) :: damage_t
@@ -102,7 +96,7 @@ contains
       self%lost = table%column('failure_energy')
    end subroutine declare
 
-   !> Laws in rate form and that of Mie and Grueneisen are known to keep what their stress is set to.
+   !> What the laws say of failure.
    subroutine prepare(self, grid, materials)
       class(damage_t), intent(inout) :: self
       type(grid_level_t), intent(in) :: grid
@@ -111,33 +105,12 @@ contains
       allocate (self%stuff(size(materials%of_body)))
       do b = 1, size(self%stuff)
          associate (stuff => self%stuff(b))
-            select type (law => materials%slots(materials%of_body(b))%law)
-            class is (elastic_t)
-               stuff%acts = .true.
-               stuff%elastic%lame = law%lame
-               stuff%elastic%shear = law%shear
-               select type (law)
-               type is (johnson_cook_t)
-                  call take_temperatures(law, stuff)
-               end select
-            type is (mie_grueneisen_t)
-               stuff%acts = .true.
-               stuff%by_volume = .true.
-               stuff%elastic%lame = 0.0_wp
-               stuff%elastic%shear = law%von_mises_modulus()/3.0_wp
-               if (law%takes_heat()) call take_temperatures(law%johnson_cook, stuff)
-            end select
+            stuff%failure = materials%slots(materials%of_body(b))%law%failure()
+            stuff%elastic%lame = stuff%failure%lame
+            stuff%elastic%shear = stuff%failure%shear
          end associate
       end do
    end subroutine prepare
-
-   subroutine take_temperatures(law, stuff)
-      type(johnson_cook_t), intent(in) :: law
-      type(stuff_t), intent(inout) :: stuff
-      stuff%warms = .true.
-      stuff%room = law%room_temperature
-      stuff%melting = law%melting_temperature
-   end subroutine take_temperatures
 
    !> Some body's law must be one of these.
    subroutine verify(self, communicator, levels, tools, error)
@@ -146,7 +119,7 @@ contains
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: tools
       type(error_t), intent(inout) :: error
-      if (.not. any(self%stuff%acts)) &
+      if (.not. any(self%stuff%failure%acts)) &
          call fail(error, exit_input, self%group_text()// &
                    ': no body is of a law that can fail; allowed: elastic, '// &
                    'j2, johnson_cook, norton, drucker_prager, mie_grueneisen')
@@ -164,7 +137,7 @@ contains
       real(wp), intent(in) :: cell, time_step
       integer :: p
       do p = 1, particles%count
-         if (.not. self%stuff(particles%body(p))%acts) cycle
+         if (.not. self%stuff(particles%body(p))%failure%acts) cycle
          associate (stuff => self%stuff(particles%body(p)), column => particles%column)
             if (column(p, self%damage) >= 1.0_wp) then
                call self%relieve(stuff, column, p, layout)
@@ -207,8 +180,8 @@ contains
          ductility = d(1) + d(2)*exp(min(d(3)*triaxiality, 300.0_wp))
          ductility = ductility*(1.0_wp + d(4)*log(max(1.0_wp, grown/(time_step*self%reference_rate))))
          warmth = 0.0_wp
-         if (stuff%warms) &
-            warmth = min(max((column(p, self%temperature) - stuff%room)/(stuff%melting - stuff%room), &
+         if (stuff%failure%warms) &
+            warmth = min(max((column(p, self%temperature) - stuff%failure%room)/(stuff%failure%melting - stuff%failure%room), &
                                            0.0_wp), 1.0_wp)
          ductility = ductility*(1.0_wp + d(5)*warmth)
       end associate
@@ -248,7 +221,7 @@ contains
       integer :: s
       s = layout%stress
       mean = (column(p, s) + column(p, s + 1) + column(p, s + 2))/3.0_wp
-      if (stuff%by_volume) then
+      if (stuff%failure%by_volume) then
          mean = min(mean, 0.0_wp)
       else
          mean = mean + column(p, self%tension)
@@ -271,7 +244,7 @@ contains
       real(wp) :: mean
       integer :: s
       s = layout%stress
-      if (.not. stuff%by_volume) then
+      if (.not. stuff%failure%by_volume) then
          energy = stuff%elastic%strain_energy(column, layout, p, p)
       else if (stuff%elastic%shear > 0.0_wp) then ! that of the deviator; that of the volume stays
          mean = (column(p, s) + column(p, s + 1) + column(p, s + 2))/3.0_wp

@@ -47,6 +47,8 @@ module m_effect
       procedure :: wave_factor
       procedure :: longest_step
       procedure :: rests_at
+      procedure :: change_step
+      procedure :: turning_times
       procedure :: dissipated
       procedure :: summary
       procedure :: pushed
@@ -144,6 +146,19 @@ contains
       class(effect_t), intent(in) :: self
       longest_step = huge(1.0_wp)
    end function longest_step
+
+   !> Steps are implicit from here on, or explicit; called once before the first too.
+   subroutine change_step(self, implicit)
+      class(effect_t), intent(inout) :: self
+      logical, intent(in) :: implicit
+   end subroutine change_step
+
+   !> Times (s) at which the effect changes its course: quasi-static steps end there.
+   pure function turning_times(self) result(times)
+      class(effect_t), intent(in) :: self
+      real(wp), allocatable :: times(:)
+      allocate (times(0))
+   end function turning_times
 
    !> Rate (1/s) at which the effect brings that part of the particles' velocities to rest that nodes do not
    !> see, 0 for none. Such an effect must declare the field unseen_heat, where the step puts the energy that

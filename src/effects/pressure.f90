@@ -55,9 +55,24 @@ module m_pressure
       procedure :: pushed
       procedure :: particle_work
       procedure :: on_stress
+      procedure :: change_step
+      procedure :: turning_times
    end type pressure_t
 
 contains
+
+   !> In implicit steps forces go to nodes by means over whole faces.
+   subroutine change_step(self, implicit)
+      class(pressure_t), intent(inout) :: self
+      logical, intent(in) :: implicit
+      self%whole_faces = implicit
+   end subroutine change_step
+
+   pure function turning_times(self) result(times)
+      class(pressure_t), intent(in) :: self
+      real(wp), allocatable :: times(:)
+      times = self%times
+   end function turning_times
 
    subroutine variables(self, group)
       class(pressure_t), intent(inout) :: self

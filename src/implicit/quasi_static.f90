@@ -9,8 +9,6 @@ module m_quasi_static
    use m_scene, only: scene_t, quasi_static_spec_t, preconditioner_gamg
    use m_field_table, only: layout_t
    use m_particle_store, only: particle_store_t
-   use m_pressure, only: pressure_t
-   use m_norton, only: norton_t
    use m_model, only: model_t, bounds_t
    use m_integrator, only: integrator_t
    use m_static_complaints, only: complain, reason, loose_text
@@ -66,7 +64,6 @@ module m_quasi_static
    real(wp), parameter :: most_of_way = 0.98_wp !< of what particles of the finest level may go: tools
    real(wp), parameter :: wished_way = 0.8_wp   !< of what particles may go: what the next step aims at
    real(wp), parameter :: growth = 1.5_wp, least_growth = 0.1_wp
-   integer, parameter :: parts_of_creep = 4    !< in which laws that creep take a step
    integer, parameter :: easy = 5              !< Newton iterations up to which the next step is longer
    real(wp), parameter :: smallest_share = 1.0e-3_wp !< of the step that may be taken
 
@@ -90,10 +87,8 @@ contains
       self%creeps = .false.
       do m = 1, size(model%materials%slots)
          self%creeps = self%creeps .or. model%materials%slots(m)%law%goes_on()
-         select type (law => model%materials%slots(m)%law)
-         type is (norton_t)
-            self%equilibrium%system%parts = parts_of_creep
-         end select
+         self%equilibrium%system%parts = max(self%equilibrium%system%parts, &
+                                             model%materials%slots(m)%law%static_parts())
       end do
       self%equilibrium%system%ramp = self%spec%ramp
       self%equilibrium%linear%elements%wanted = self%spec%preconditioner == preconditioner_gamg
@@ -116,10 +111,7 @@ contains
       logical, intent(in) :: holds
       integer :: b, e, l
       do e = 1, size(model%effects)
-         select type (effect => model%effects(e)%effect)
-         type is (pressure_t)
-            effect%whole_faces = holds
-         end select
+         call model%effects(e)%effect%change_step(implicit=holds)
       end do
       model%effect_step%leads = .not. holds
       model%works_ahead = self%ahead .and. .not. holds

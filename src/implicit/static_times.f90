@@ -3,7 +3,7 @@
 module m_static_times
    use m_kinds, only: wp
    use m_scene, only: scene_t
-   use m_pressure, only: pressure_t
+   use m_effect, only: effect_t
    use m_model, only: model_t
    implicit none
    private
@@ -31,8 +31,8 @@ contains
       end do
       do i = 1, size(scene%effects)
          select type (effect => scene%effects(i)%it)
-         type is (pressure_t)
-            call take(effect%times)
+         class is (effect_t)
+            call take(effect%turning_times())
          end select
       end do
    contains

@@ -4,6 +4,7 @@ module m_elastic
    use m_kinds, only: wp
    use m_field_table, only: layout_t
    use m_isotropic, only: isotropic_t
+   use m_material, only: failure_t
    use m_stress_slopes, only: elastic_slopes
    implicit none
    private
@@ -16,9 +17,16 @@ module m_elastic
       procedure :: strain_energy
       procedure :: stretch
       procedure :: most_stretch
+      procedure :: failure
    end type elastic_t
 
 contains
+
+   !> A law in rate form keeps what its stress is set to.
+   pure type(failure_t) function failure(self)
+      class(elastic_t), intent(in) :: self
+      failure = failure_t(acts=.true., lame=self%lame, shear=self%shear)
+   end function failure
 
    !> Hughes and Winget (1980): with the increment G = A - A^2/2, A = dt L (midpoint, second order), the
    !> stress is turned by the Cayley transform of the skew part and then takes C : sym G. Turning alone

@@ -5,6 +5,7 @@ module m_johnson_cook
    use m_value_range, only: above, at_least
    use m_group_reader, only: group_reader_t
    use m_field_table, only: field_table_t, layout_t
+   use m_material, only: failure_t
    use m_plastic, only: plastic_t, lane_t, lanes, declare_plastic, initial_plastic
    implicit none
    private
@@ -33,10 +34,18 @@ module m_johnson_cook
       procedure :: initial
       procedure :: flow
       procedure :: take_heat
+      procedure :: failure
       procedure, private :: solve
    end type johnson_cook_t
 
 contains
+
+   !> As of any elastic law, and it has a temperature.
+   pure type(failure_t) function failure(self)
+      class(johnson_cook_t), intent(in) :: self
+      failure = failure_t(acts=.true., warms=.true., lame=self%lame, shear=self%shear, &
+                          room=self%room_temperature, melting=self%melting_temperature)
+   end function failure
 
    !> The law's own variables of its &material group.
    subroutine variables(self, group)

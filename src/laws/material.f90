@@ -8,6 +8,16 @@ module m_material
    private
    public :: material_t
 
+   !> What failure (&damage) asks of a law.
+   type, public :: failure_t
+      logical :: acts = .false.      !< the law keeps what its stress is set to: it can fail
+      logical :: by_volume = .false. !< its pressure follows from its volume: tension that was lost is not
+                                     !< owed
+      logical :: warms = .false.     !< it has a temperature
+      real(wp) :: lame = 0.0_wp, shear = 0.0_wp !< moduli, of which the energy of a stress is made, Pa
+      real(wp) :: room = 0.0_wp, melting = 1.0_wp !< K
+   end type failure_t
+
    type, abstract, extends(offer_t) :: material_t
       real(wp) :: density = 0.0_wp !< of the undeformed material, kg/m3
    contains
@@ -25,6 +35,8 @@ module m_material
       procedure :: slopes
       procedure :: wants_less
       procedure :: goes_on
+      procedure :: static_parts
+      procedure :: failure
       procedure(modulus_interface), deferred :: p_wave_modulus
       procedure(stress_interface), deferred :: complementary_energy
       procedure(update_interface), deferred :: update
@@ -80,6 +92,19 @@ module m_material
    end interface
 
 contains
+
+   !> In how many parts the law is to take a quasi-static step; more where the stress changes much with time
+   !> alone.
+   pure integer function static_parts(self)
+      class(material_t), intent(in) :: self
+      static_parts = 1
+   end function static_parts
+
+   !> How the law takes failure; where it does not say, it cannot fail.
+   pure type(failure_t) function failure(self)
+      class(material_t), intent(in) :: self
+      failure = failure_t()
+   end function failure
 
    !> No `stretch` of a particle is larger, in whichever direction; huge where the law does not say. The
    !> search for contact looks less far where it is small.

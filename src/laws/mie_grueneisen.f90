@@ -5,7 +5,7 @@ module m_mie_grueneisen
    use m_group_reader, only: group_reader_t
    use m_value_range, only: above, at_least
    use m_field_table, only: field_table_t, layout_t
-   use m_material, only: material_t
+   use m_material, only: material_t, failure_t
    use m_j2, only: j2_t
    use m_johnson_cook, only: johnson_cook_t
    implicit none
@@ -43,6 +43,7 @@ module m_mie_grueneisen
       procedure :: stretch
       procedure :: for_large_strains
       procedure :: brings
+      procedure :: failure
       procedure :: take_heat
       procedure :: takes_heat
       procedure, private :: shear
@@ -50,6 +51,16 @@ module m_mie_grueneisen
    end type mie_grueneisen_t
 
 contains
+
+   !> Its pressure follows from its volume; of what failure takes the energy is that of the deviator.
+   pure type(failure_t) function failure(self)
+      class(mie_grueneisen_t), intent(in) :: self
+      failure = failure_t(acts=.true., by_volume=.true., shear=self%von_mises_modulus()/3.0_wp)
+      if (.not. self%takes_heat()) return
+      failure%warms = .true.
+      failure%room = self%johnson_cook%room_temperature
+      failure%melting = self%johnson_cook%melting_temperature
+   end function failure
 
    subroutine variables(self, group)
       class(mie_grueneisen_t), intent(inout) :: self

@@ -33,6 +33,7 @@ module m_norton
       procedure :: declare
       procedure :: flow
       procedure :: goes_on
+      procedure :: static_parts
       procedure, private :: relax
       procedure, private :: relax_all
       procedure, private :: rate_of
@@ -85,6 +86,11 @@ contains
       call table%declare('primary_creep_strain', 1, '1', written=.false.)
       self%primary = table%column('primary_creep_strain')
    end subroutine declare
+
+   pure integer function static_parts(self)
+      class(norton_t), intent(in) :: self
+      static_parts = 4
+   end function static_parts
 
    pure logical function goes_on(self)
       class(norton_t), intent(in) :: self
