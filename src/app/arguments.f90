@@ -1,32 +1,76 @@
 !> What stands behind the program's name on the command line.
 module m_arguments
-   use m_constants, only: exit_input
+   use m_constants, only: exit_input, program_version
    use m_errors, only: error_t, fail
    implicit none
    private
    public :: read_arguments
 
-   character(len=*), parameter :: usage = 'usage: gimp3d < scene.nml, or gimp3d --restart DIRECTORY'
+   type, public :: arguments_t
+      character(len=:), allocatable :: scene   !< file of the scene; empty: standard input
+      character(len=:), allocatable :: restart !< directory of the run that is to go on; empty: none
+      character(len=:), allocatable :: json    !< file that the figures of a plan go to; empty: none
+      character(len=:), allocatable :: answer  !< all that is asked for is this text; empty: a run
+      logical :: plans = .false.               !< as mode='plan' of &scene
+   end type arguments_t
+
+   character(len=*), parameter :: newline = new_line('a'), usage = &
+      'usage: gimp3d [--plan] [--json FILE] [SCENE.nml], gimp3d < SCENE.nml, or gimp3d --restart DIRECTORY'
+   character(len=*), parameter :: help = usage//newline//newline// &
+      '  SCENE.nml            the scene, a namelist file (doc/user/input.md); without: standard input'// &
+      newline// &
+      '  --plan               say what the run would take, in time, memory and output; run nothing'// &
+      newline// &
+      '  --json FILE          with a plan: write its figures to FILE too'//newline// &
+      '  --restart DIRECTORY  continue the run of DIRECTORY from its newest complete checkpoint'//newline// &
+      '  --version            the version of the program'//newline// &
+      '  --help               this text'//newline//newline// &
+      'On several ranks: mpirun -n RANKS gimp3d SCENE.nml'//newline// &
+      'Exit status: 0 finished, 2 bad input, 3 numerical failure, 4 files, 5 stopped after a checkpoint'
 
 contains
 
-   !> The directory of the run that is to go on; empty without arguments. All ranks have the same ones.
-   subroutine read_arguments(restart, error)
-      character(len=:), allocatable, intent(out) :: restart
+   !> The arguments. All ranks have the same ones.
+   subroutine read_arguments(arguments, error)
+      type(arguments_t), intent(out) :: arguments
       type(error_t), intent(inout) :: error
-      restart = ''
-      if (command_argument_count() == 0) return
-      if (argument(1) /= '--restart') then
-         call fail(error, exit_input, 'unknown argument '//argument(1)//'; '//usage)
-      else if (command_argument_count() /= 2) then
-         call fail(error, exit_input, '--restart needs one directory; '//usage)
-      else
-         restart = argument(2)
-         do while (len(restart) > 1 .and. restart(len(restart):) == '/')
-            restart = restart(:len(restart) - 1)
-         end do
-         if (restart == '') call fail(error, exit_input, '--restart needs one directory; '//usage)
-      end if
+      character(len=:), allocatable :: word
+      integer :: n
+      arguments = arguments_t('', '', '', '')
+      n = 1
+      do while (n <= command_argument_count() .and. .not. error%happened())
+         word = argument(n)
+         n = n + 1
+         select case (word)
+         case ('--help', '-h'); arguments%answer = help
+         case ('--version'); arguments%answer = 'gimp3d '//program_version
+         case ('--plan'); arguments%plans = .true.
+         case ('--json'); call take(arguments%json, 'file')
+         case ('--restart'); call take(arguments%restart, 'directory')
+         case default
+            if (index(word, '-') == 1 .or. word == '' .or. arguments%scene /= '') then
+               call fail(error, exit_input, 'unknown argument '//word//'; '//usage)
+            else
+               arguments%scene = word
+            end if
+         end select
+      end do
+      do while (len(arguments%restart) > 1 .and. arguments%restart(len(arguments%restart):) == '/')
+         arguments%restart = arguments%restart(:len(arguments%restart) - 1)
+      end do
+      if (arguments%restart /= '' .and. (arguments%scene /= '' .or. arguments%plans &
+         .or. arguments%json /= '')) call fail(error, exit_input, &
+         '--restart goes with no scene, --plan or --json: the checkpoint has its scene; '//usage)
+   contains
+      !> What stands behind an option.
+      subroutine take(value, what)
+         character(len=:), allocatable, intent(out) :: value
+         character(len=*), intent(in) :: what
+         value = ''
+         if (n <= command_argument_count()) value = argument(n)
+         n = n + 1
+         if (value == '') call fail(error, exit_input, word//' needs one '//what//'; '//usage)
+      end subroutine take
    end subroutine read_arguments
 
    function argument(number) result(text)

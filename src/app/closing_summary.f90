@@ -21,6 +21,7 @@ module m_closing_summary
    !> What a run remembers of its course for its last words.
    type :: course_t
       integer(i8) :: particles = 0       !< when the program began
+      real(wp) :: memory = 0.0_wp        !< of these and of node tiles then, bytes
       integer(i8) :: steps = 0           !< that the program has taken, repeated ones too
       character(len=:), allocatable :: stop_reason !< why the run ends before the scene does; empty: it does
                                                    !< not
@@ -82,6 +83,8 @@ contains
       cost%timers = model%timers
       cost%elapsed = console%elapsed()
       cost%processor = console%processor()
+      call facts%note('processor_share', to_text(model%communicator%sum_real(console%processor()) &
+                                                 /model%communicator%sum_real(console%elapsed())))
       cost%time = model%time
       cost%notes = facts%notes
       path = ''
@@ -183,6 +186,9 @@ contains
       if (resting > 0) call facts%say('at rest: '//to_text(100.0_wp*resting/particle_steps, 3)// &
                                       ' % of the particle-steps had nothing to do')
       call facts%note('particle_steps_at_rest', to_text(resting))
+      call facts%note('particles_at_start', to_text(course%particles))
+      call facts%note('memory_at_start_B', to_text(course%memory))
+      call facts%note('steps', to_text(model%step))
       if (scene%time%domain /= domain_fixed .or. size(model%levels) > 1) &
          call facts%say('domains: '//to_text(splits)//' particles made by splitting, '//to_text(merges)// &
                         ' by merging eight, '//to_text(at_end)//' at the end')

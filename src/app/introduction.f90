@@ -36,17 +36,19 @@ contains
    end function own_blocks
 
    !> Collective: say what will be run.
-   subroutine introduce(console, scene, catalogue, model, particles)
+   subroutine introduce(console, scene, catalogue, model, particles, memory)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
       type(catalogue_t), intent(in) :: catalogue
       type(model_t), intent(in) :: model
       integer(i8), intent(in) :: particles !< of all ranks
+      real(wp), intent(out) :: memory      !< of these and of node tiles, bytes
       integer(i8) :: bytes, blocks
       integer :: cores, ranks
       real(wp) :: time_step
       bytes = model%communicator%sum_count(sum(own_bytes(model%levels) + model%exchange%held()))
       blocks = model%communicator%sum_count(int(sum(own_blocks(model%levels)), i8))
+      memory = real(bytes, wp)
       time_step = next_time_step(scene, model)
       associate (grid => model%levels(1)%grid)
          call console%line('gimp3d: '//scene%title)

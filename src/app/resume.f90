@@ -11,7 +11,7 @@ module m_resume
    use m_scene_words, only: field_words
    use m_scene_reader, only: read_scene, interpret_scene
    use m_scene_writer, only: physics_as_namelist
-   use m_arguments, only: read_arguments
+   use m_arguments, only: arguments_t
    use m_model, only: model_t
    use m_energy, only: balance_t
    use m_recorder, only: recorder_t, resumption_t
@@ -37,11 +37,13 @@ module m_resume
 
 contains
 
-   !> Collective: the scene, from standard input or from the checkpoint that the command line names. Where the
+   !> Collective: the scene, from a file, from standard input, or from the checkpoint that the command line
+   !> names. Where the
    !> run goes on in its directory it holds the lock of that from here on: nobody else is to change the
    !> checkpoints that it reads.
-   subroutine read_run(communicator, catalogue, scene, before, lock, error)
+   subroutine read_run(communicator, arguments, catalogue, scene, before, lock, error)
       type(communicator_t), intent(in) :: communicator
+      type(arguments_t), intent(in) :: arguments
       type(catalogue_t), intent(in) :: catalogue
       type(scene_t), intent(out) :: scene
       type(resumed_t), intent(out) :: before
@@ -50,11 +52,16 @@ contains
       type(scene_t) :: earlier
       character(len=:), allocatable :: directory, text
       logical :: named
-      call read_arguments(directory, error)
-      if (error%happened()) return
+      directory = arguments%restart
       named = directory /= ''
       if (.not. named) then
-         call read_scene(communicator, catalogue, scene, error)
+         call read_scene(communicator, catalogue, arguments%scene, scene, error)
+         if (arguments%plans .and. scene%restart /= '') call fail(error, exit_input, &
+            '--plan: a plan is made of a whole run, not of one that goes on; allowed without restart')
+         if (error%happened()) return
+         scene%plans = scene%plans .or. arguments%plans
+         if (arguments%json /= '' .and. .not. scene%plans) call fail(error, exit_input, &
+            '--json is for the figures of a plan; allowed with --plan, or mode=''plan'' in &scene')
          if (error%happened()) return
          directory = scene%restart
          if (directory == '') return

@@ -26,10 +26,12 @@ module m_simulation
    use m_keeper, only: keeper_t
    use m_output_lock, only: output_lock_t
    use m_signals, only: catch_signals
+   use m_arguments, only: arguments_t, read_arguments
    use m_resume, only: read_run, resume_run, resumed_t
    use m_console, only: console_t
    use m_introduction, only: introduce
    use m_plan, only: print_plan
+   use m_plan_figures, only: plan_figures_t
    use m_static_plan, only: print_static_plan
    use m_expectation, only: expectation_t
    use m_closing_summary, only: summarise, course_t
@@ -39,6 +41,7 @@ module m_simulation
 
    type :: simulation_t
       type(communicator_t) :: communicator
+      type(arguments_t) :: arguments
       type(catalogue_t) :: catalogue
       type(scene_t) :: scene
       type(model_t) :: model
@@ -78,11 +81,18 @@ contains
       self%course%stop_reason = ''
       call self%communicator%start()
       call self%console%start(self%communicator)
+      call read_arguments(self%arguments, self%error)
+      if (self%error%happened()) return
+      if (self%arguments%answer /= '') then
+         call self%console%line(self%arguments%answer)
+         return
+      end if
       call check_launch(self%communicator, self%error)
       if (self%error%happened()) return
       call known_materials(self%catalogue)
       call known_effects(self%catalogue)
-      call read_run(self%communicator, self%catalogue, self%scene, before, self%lock, self%error)
+      call read_run(self%communicator, self%arguments, self%catalogue, self%scene, before, self%lock, &
+                    self%error)
       if (self%error%happened()) return
       if (.not. self%scene%plans) call catch_signals() ! a plan has nothing to keep
       call self%model%build(self%communicator, self%scene, self%error, empty=before%happened)
@@ -119,7 +129,8 @@ contains
          call self%keeper%start(self%scene, self%model, self%console%elapsed(), before%newest_here())
       call start_guard(self)
       if (before%happened) call self%guard%remember(self%facts%guard)
-      call introduce(self%console, self%scene, self%catalogue, self%model, self%course%particles)
+      call introduce(self%console, self%scene, self%catalogue, self%model, self%course%particles, &
+                     self%course%memory)
       call self%console%line('guard      '//self%guard%sentence(self%model))
       if (before%happened) call self%console%line(before%sentence(self%model%step, self%model%time))
       if (allocated(self%lock%note)) call self%console%line('run.lock   '//self%lock%note)
@@ -150,22 +161,28 @@ contains
    !> Collective: say what the run would be, in place of the run.
    subroutine make_plan(self)
       class(simulation_t), intent(inout) :: self
-      call introduce(self%console, self%scene, self%catalogue, self%model, self%course%particles)
+      type(plan_figures_t) :: figures
+      call introduce(self%console, self%scene, self%catalogue, self%model, self%course%particles, &
+                     self%course%memory)
       call start_guard(self)
       call self%console%line('guard      '//self%guard%sentence(self%model))
       call self%balance%begin(self%model)
       call self%guard%save(self%model, self%balance, written=.true.)
       if (self%scene%quasi_static%present) then
-         call print_static_plan(self%console, self%scene, self%model, self%integrator, self%error)
+         call print_static_plan(self%console, self%scene, self%model, self%integrator, figures, self%error)
       else
-         call print_plan(self%console, self%scene, self%model, self%guard%kept_bytes(self%model), self%error)
+         call print_plan(self%console, self%scene, self%model, self%guard%kept_bytes(self%model), figures, &
+                         self%error)
       end if
+      if (self%arguments%json /= '' .and. .not. self%error%happened()) &
+         call figures%write(self%communicator, self%arguments%json, self%error)
    end subroutine make_plan
 
    !> True when the scene has ended or the run cannot go on.
    pure logical function done(self)
       class(simulation_t), intent(in) :: self
-      done = self%error%happened() .or. self%course%stop_reason /= '' .or. self%scene%plans
+      done = self%error%happened() .or. self%course%stop_reason /= '' .or. self%scene%plans &
+             .or. self%arguments%answer /= ''
       if (.not. done) done = self%model%time >= self%scene%end_time
    end function done
 

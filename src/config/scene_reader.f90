@@ -5,7 +5,7 @@ module m_scene_reader
    use m_constants, only: exit_input
    use m_communicator, only: communicator_t
    use m_errors, only: error_t, fail
-   use m_filesystem, only: read_standard_input, can_make_directory
+   use m_filesystem, only: read_file, read_standard_input, can_make_directory
    use m_namelist_text, only: namelist_text_t
    use m_offer, only: catalogue_t
    use m_carved, only: carve
@@ -23,20 +23,26 @@ module m_scene_reader
 
 contains
 
-   !> Collective: read the scene from the standard input of rank 0, all of it. Every rank gets the same scene
-   !> or error. Nothing is written.
-   subroutine read_scene(communicator, catalogue, scene, error)
+   !> Collective: read the scene from a file or, where that is empty, from the standard input of rank 0, all
+   !> of it. Every rank gets the same scene or error. Nothing is written.
+   subroutine read_scene(communicator, catalogue, file, scene, error)
       type(communicator_t), intent(in) :: communicator
       type(catalogue_t), intent(in) :: catalogue !< of laws and effects
+      character(len=*), intent(in) :: file
       type(scene_t), intent(out) :: scene
       type(error_t), intent(inout) :: error
       character(len=:), allocatable :: text
       logical :: ok
       ok = .true.
       text = ''
-      if (communicator%is_root()) call read_standard_input(longest_scene, text, ok)
-      if (.not. ok) &
-         call fail(error, exit_input, 'standard input cannot be read; give a scene: gimp3d < scene.nml')
+      if (communicator%is_root() .and. file /= '') then
+         call read_file(file, longest_scene, text, ok)
+         if (.not. ok) call fail(error, exit_input, 'the scene '//file//' cannot be read')
+      else if (communicator%is_root()) then
+         call read_standard_input(longest_scene, text, ok)
+         if (.not. ok) &
+            call fail(error, exit_input, 'standard input cannot be read; give a scene: gimp3d < scene.nml')
+      end if
       call communicator%agree(error)
       if (error%happened()) return
       call interpret_scene(communicator, catalogue, text, scene, error)

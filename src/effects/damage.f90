@@ -181,8 +181,8 @@ contains
          ductility = ductility*(1.0_wp + d(4)*log(max(1.0_wp, grown/(time_step*self%reference_rate))))
          warmth = 0.0_wp
          if (stuff%failure%warms) &
-            warmth = min(max((column(p, self%temperature) - stuff%failure%room)/(stuff%failure%melting - stuff%failure%room), &
-                                           0.0_wp), 1.0_wp)
+            warmth = min(max((column(p, self%temperature) - stuff%failure%room) &
+                             /(stuff%failure%melting - stuff%failure%room), 0.0_wp), 1.0_wp)
          ductility = ductility*(1.0_wp + d(5)*warmth)
       end associate
       if (ductility <= grown) then ! also where the formula leaves none

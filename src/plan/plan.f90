@@ -12,6 +12,7 @@ module m_plan
    use m_calibration, only: calibrate, calibration_t
    use m_alternatives, only: price_t, say_alternatives
    use m_console, only: console_t
+   use m_plan_figures, only: plan_figures_t
    use m_cost_report, only: cost_t, write_cost_report, cost_line_length
    use m_errors, only: error_t
    implicit none
@@ -21,11 +22,12 @@ module m_plan
 contains
 
    !> Collective: measure, and say. The model is spent afterwards. A scene whose first steps fail has no plan.
-   subroutine print_plan(console, scene, model, kept, error)
+   subroutine print_plan(console, scene, model, kept, figures, error)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: kept !< memory of the guard's copies on all ranks, bytes
+      type(plan_figures_t), intent(inout) :: figures
       type(error_t), intent(inout) :: error
       type(calibration_t) :: found
       type(price_t) :: price
@@ -54,6 +56,7 @@ contains
          price%tiles = price%tiles*flight%most_blocks/flight%blocks
       end associate
       call say_plan(console, scene, model, found, price, first)
+      call take_figures(figures, scene, model, found, price, first)
       call say_table(console, model, found, price)
       call say_alternatives(console, scene, model, found, price)
       call console%line('planned: '//scene%title//'; nothing was run and nothing written')
@@ -104,6 +107,42 @@ contains
          if (found%trouble /= '') call console%line('note       '//found%trouble)
       end associate
    end subroutine say_plan
+
+   !> The same figures for programs.
+   subroutine take_figures(figures, scene, model, found, price, first)
+      type(plan_figures_t), intent(inout) :: figures
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
+      type(calibration_t), intent(in) :: found
+      type(price_t), intent(in) :: price
+      real(wp), intent(in) :: first !< s until the first step
+      associate (prospect => found%prospect, flight => found%prospect%flight)
+         call figures%words('title', scene%title)
+         call figures%words('kind', 'explicit')
+         call figures%number('ranks', real(model%communicator%ranks, wp))
+         call figures%number('steps', real(nint(prospect%steps, i8), wp))
+         call figures%number('particle_steps', real(nint(prospect%steps*flight%particle_steps, i8), wp))
+         call figures%number('time_s', price%time() + first)
+         call figures%number('before_first_step_s', first)
+         call figures%number('output_s', price%output)
+         call figures%number('contact_s', price%contact + price%contact_points)
+         call figures%number('memory_B', price%memory())
+         call figures%number('memory_particles_B', price%stores)
+         call figures%number('memory_node_tiles_B', price%tiles)
+         call figures%number('memory_output_B', price%buffers)
+         call figures%number('memory_rest_B', price%base)
+         call figures%number('snapshots', real(nint(prospect%snapshots, i8), wp))
+         call figures%number('snapshot_B', found%file_bytes)
+         call figures%number('history_rows', real(nint(prospect%rows, i8), wp))
+         call figures%number('at_rest_share', prospect%rest)
+         call figures%number('max_node_blocks', flight%most_blocks)
+         call figures%number('max_particles', flight%most_particles)
+         call figures%number('max_contact_points', prospect%most_touches)
+         call figures%number('timed_steps', real(found%steps, wp))
+         call figures%number('processor_share', found%processor/found%seconds)
+         call figures%words('note', found%trouble)
+      end associate
+   end subroutine take_figures
 
    !> Collective: predicted seconds by phase, effect and level, as the closing summary of a run has the real
    !> ones.

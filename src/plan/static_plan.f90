@@ -8,6 +8,7 @@ module m_static_plan
    use m_model, only: model_t
    use m_forecast, only: model_bytes
    use m_integrator, only: integrator_t
+   use m_plan_figures, only: plan_figures_t
    use m_console, only: console_t
    use m_errors, only: error_t
    implicit none
@@ -23,11 +24,12 @@ contains
 
    !> Collective: measure, and say. The model is spent afterwards. A scene whose first steps have no
    !> equilibrium has no plan.
-   subroutine print_static_plan(console, scene, model, integrator, error)
+   subroutine print_static_plan(console, scene, model, integrator, figures, error)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
       type(model_t), intent(inout) :: model
       class(integrator_t), intent(inout) :: integrator
+      type(plan_figures_t), intent(inout) :: figures
       type(error_t), intent(inout) :: error
       real(wp) :: bytes(2), began, seconds, first, particles, seconds_in_all
       integer :: n, taken, to_come(2)
@@ -66,6 +68,18 @@ contains
                         si(bytes(2), 'B')//', tangents '//si(8.0_wp*tangent_reals*particles, 'B')// &
                         '; besides it the program, vectors of PETSc, and the matrix of multigrid')
       call console%line('planned: '//scene%title//'; nothing was run and nothing written')
+      call figures%words('title', scene%title)
+      call figures%words('kind', 'implicit')
+      call figures%number('ranks', real(model%communicator%ranks, wp))
+      call figures%number('implicit_steps', real(to_come(1), wp))
+      call figures%number('explicit_steps', real(to_come(2), wp))
+      call figures%number('timed_steps', real(taken, wp))
+      call figures%number('step_s', seconds)
+      call figures%number('time_s', seconds_in_all)
+      call figures%number('before_first_step_s', first)
+      call figures%number('memory_B', sum(bytes) + 8.0_wp*tangent_reals*particles)
+      call figures%number('memory_particles_B', bytes(1))
+      call figures%number('memory_node_tiles_B', bytes(2))
    end subroutine print_static_plan
 
    pure function explicit_text(steps) result(text)

@@ -38,7 +38,7 @@ program read_scene_driver
    call known_effects(catalogue)
    status = 0
    if (command_argument_count() == 0) then
-      call read_scene(communicator, catalogue, scene, error)
+      call read_scene(communicator, catalogue, '', scene, error)
       status = error%status
       if (communicator%is_root() .and. error%happened()) write (error_unit, '(a)') 'gimp3d: '//error%message
       if (communicator%is_root() .and. .not. error%happened()) &

@@ -26,7 +26,7 @@ program halo
    call communicator%start()
    call known_materials(catalogue)
    call known_effects(catalogue)
-   call read_scene(communicator, catalogue, scene, error)
+   call read_scene(communicator, catalogue, '', scene, error)
    if (.not. error%happened()) call model%build(communicator, scene, error)
    if (error%happened()) error stop 'the scene is not valid'
    call exchange_often()

@@ -34,7 +34,7 @@ program ranks
    call communicator%start()
    call known_materials(catalogue)
    call known_effects(catalogue)
-   call read_scene(communicator, catalogue, scene, error)
+   call read_scene(communicator, catalogue, '', scene, error)
    if (error%happened()) error stop 'the scene is not valid'
    if (size(scene%levels) == 0) then
       call count_one_level()
