@@ -15,11 +15,12 @@ again. Results are where the scenes say (out/...), as `mpirun -n N ./gimp3d < in
 status 1 where a scene could not be run, 2 where one is named that is not there."""
 
 import argparse
+import json
 import math
 import os
-import re
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 from urllib.parse import quote
 
@@ -99,10 +100,13 @@ def same(values, ran):
     )
 
 
-def call(options, text):
+def call(options, text, *arguments):
     """Run the program on a scene's text."""
     return subprocess.run(
-        ["mpirun", "-n", str(options.ranks), options.program], input=text, capture_output=True, text=True
+        ["mpirun", "-n", str(options.ranks), options.program, *arguments],
+        input=text,
+        capture_output=True,
+        text=True,
     )
 
 
@@ -111,10 +115,11 @@ def planned(options, entry):
     not taken."""
     scene = Scene(entry.text)
     scene.set("scene", "mode", "plan")
-    done = call(options, scene.text)
-    found = re.search(r"^time .*\(([0-9.eE+-]+) s\)", done.stdout, re.M)
-    if done.returncode == 0 and found:
-        return float(found[1])
+    with tempfile.TemporaryDirectory() as directory:
+        plan = Path(directory) / "plan.json"
+        done = call(options, scene.text, "--json", str(plan))
+        if done.returncode == 0:
+            return json.loads(plan.read_text())["time_s"]
     if done.returncode == 3:
         return 0.0
     entry.failed = sentence(done)

@@ -43,7 +43,7 @@ from .solve_model import Choice, Errors, MARGIN, Price, Sample, choose
 from .study import Study
 from .study_body import size_of
 from .study_report import write_text
-from .study_runs import Rejected, share_of_processors
+from .study_runs import Rejected, notes_of, share_of_processors
 from .study_scene import is_curved, scene_of, side_that_moves
 from .systematic import rate_free
 
@@ -80,8 +80,10 @@ class Planned:
     def __init__(self, study, settings):
         scene = study.run(settings).make_scene()
         scene.set("scene", "mode", "plan")
+        plan = study.directory / "plan.json"
+        plan.unlink(missing_ok=True)
         done = subprocess.run(
-            [*study.launch, "-n", str(study.ranks), str(study.program)],
+            [*study.launch, "-n", str(study.ranks), str(study.program), "--json", plan.name],
             input=scene.text,
             cwd=study.directory,
             capture_output=True,
@@ -90,18 +92,11 @@ class Planned:
         self.fault = "" if done.returncode == 0 else (done.stderr.strip().splitlines() or ["no sentence"])[-1]
         if self.fault:
             return
-        work = re.search(r"^(\d+) particle-steps on", done.stdout, re.M)
-        steps = re.search(r"^steps +(\d+) of the coarsest", done.stdout, re.M)
-        memory = re.search(r"^memory +(\S+) (\S?)B on all", done.stdout, re.M)
-        self.updates, self.steps = float(work[1]), float(steps[1])
-        # the first table: with levels a second one follows, and its columns are others
-        output = re.search(r"^output +[-+.\deE]+ +([-+.\deE]+) .*%$", done.stdout, re.M)
-        whole = re.search(r"^time +.*\((\S+) s\), of that", done.stdout, re.M)
-        seconds = float(whole[1]) - (float(output[1]) if output else 0.0)
-        self.seconds = (
-            study.ranks * seconds * share_of_processors(done.stdout, r"^plan .*processors at", study)
-        )
-        self.megabytes = float(memory[1]) * {"": 1e-6, "k": 1e-3, "M": 1.0, "G": 1e3}[memory[2]]
+        figures = json.loads(plan.read_text())
+        self.updates, self.steps = figures["particle_steps"], figures["steps"]
+        seconds = figures["time_s"] - figures["output_s"]
+        self.seconds = study.ranks * seconds * share_of_processors(figures["processor_share"], study)
+        self.megabytes = 1e-6 * figures["memory_B"]
 
 
 class Key(NamedTuple):
@@ -484,8 +479,8 @@ class Solve:
 
 
 def updates_of(run):
-    """Particle-steps of a run, from its log."""
-    return float(re.search(r"^(\d+) particle-steps on", (run.directory / "log").read_text(), re.M)[1])
+    """Particle-steps of a run, from its cost.dat."""
+    return float(notes_of(run.directory / "cost.dat")["particle_steps"])
 
 
 def time_step_of(case):

@@ -124,7 +124,7 @@ class Run:
             )
         else:
             if not self.study.setting.program:
-                seconds = self.measured(done.stdout)
+                seconds = self.measured()
             elif self.study.ranks > 1:
                 seconds = self.printed(done.stdout)
             else:  # another job may have had the core for a while; start and end are in what was worked
@@ -136,11 +136,12 @@ class Run:
         os.replace(partial, self.directory / "study.json")
         return wall
 
-    def measured(self, log):
+    def measured(self):
         """Seconds of the loop, from cost.dat: all but output, checkpoints and the estimate of the error at
         the end; on one rank those that the processor worked for it. Facts of the run into the record."""
         text = (self.directory / "cost.dat").read_text()
-        names = dict(re.findall(r'^AUXDATA phase_(\d+)="([^"]*)"', text, re.M))
+        notes = notes_of(self.directory / "cost.dat")
+        names = {name[6:]: value for name, value in notes.items() if name.startswith("phase_")}
         rows = {
             names.get(str(int(float(line.split()[0]))), ""): float(line.split()[2])
             for line in text.splitlines()
@@ -148,16 +149,12 @@ class Run:
         }
         if "all" not in rows:
             raise Unreadable(f"{self.directory}/cost.dat: no row `all`")
-        particles = re.search(r"^particles +(\d+)", log, re.M)
-        memory = re.search(r"rank\(s\), (\S+) (\S?)B in all", log)
-        steps = re.search(r"^(\d+) steps to", log, re.M)
-        self.record["particles"] = int(particles[1]) if particles else None
-        self.record["steps"] = int(steps[1]) if steps else None
-        self.record["megabytes"] = (
-            float(memory[1]) * {"": 1e-6, "k": 1e-3, "M": 1.0, "G": 1e3}[memory[2]] if memory else None
-        )
+        for name, note in (("particles", "particles_at_start"), ("steps", "steps")):
+            self.record[name] = int(notes[note]) if note in notes else None
+        memory = notes.get("memory_at_start_B")
+        self.record["megabytes"] = 1e-6 * float(memory) if memory else None
         seconds = rows["all"] - sum(rows.get(name, 0.0) for name in ("output", "checkpoint", "indicators"))
-        return seconds * share_of_processors(log, r"^processors: .*work,", self.study)
+        return seconds * share_of_processors(float(notes.get("processor_share", 1)), self.study)
 
     def printed(self, log):
         """The same of another program: lines `study: NAME VALUE`."""
@@ -171,11 +168,15 @@ class Run:
         return said["seconds"]
 
 
-def share_of_processors(log, words, study):
-    """Which share of the time the processor worked for a run on one rank: another job may have had it for the
-    rest. The program says it in a line that begins with `words`. Ranks that wait for each other work too."""
-    found = re.search(words + r" (\S+) %", log, re.M)
-    return min(1.0, float(found[1]) / 100) if found and study.ranks == 1 else 1.0
+def notes_of(path):
+    """What the head of a table says: `AUXDATA name="value"`."""
+    return dict(re.findall(r'^AUXDATA (\w+)="(.*)"$', path.read_text(), re.M))
+
+
+def share_of_processors(share, study):
+    """Which share of the time the processor worked for a run on one rank, by the program's own word: another
+    job may have had it for the rest. Ranks that wait for each other work too."""
+    return min(1.0, share) if share > 0 and study.ranks == 1 else 1.0
 
 
 def last_line(done):

@@ -20,7 +20,6 @@ import re
 import subprocess
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-FACTORS = {'B': 1.0, 'kB': 1e3, 'MB': 1e6, 'GB': 1e9}
 
 
 def scene_text(name, share):
@@ -31,11 +30,11 @@ def scene_text(name, share):
     return re.sub(r'end_time=([0-9.eE+-]+)', lambda found: f'end_time={float(found[1]) * share:.9g}', text)
 
 
-def run(ranks, text, folder):
+def run(ranks, text, folder, *arguments):
     folder.mkdir(parents=True, exist_ok=True)
     (folder / 'scene.nml').write_text(text)
     done = subprocess.run(
-        ['mpirun', '-n', str(ranks), str(ROOT / 'gimp3d')],
+        ['mpirun', '-n', str(ranks), str(ROOT / 'gimp3d'), *arguments],
         input=text,
         capture_output=True,
         text=True,
@@ -59,11 +58,12 @@ def kernels(said):
 def measure(name, share, ranks, work):
     """Figures of one scene: planned and real time, memory, steps; what the run expected at its beginning."""
     text = scene_text(name, share)
-    plan = run(ranks, text.replace('&scene ', "&scene mode='plan', ", 1), work / 'plan' / name)
+    options = ('--plan', '--json', 'plan.json')
+    plan = run(ranks, text, work / 'plan' / name, *options)
     taken = run(ranks, text, work / 'run' / name)
-    again = run(ranks, text.replace('&scene ', "&scene mode='plan', ", 1), work / 'again' / name)
-    planned = [float(re.search(r'^time .*\(([0-9.e+-]+) s\)', said, re.M)[1]) for said in (plan, again)]
-    number, unit = re.search(r'^memory     ([0-9.]+) (\w+) on all', plan, re.M).groups()
+    again = run(ranks, text, work / 'again' / name, *options)
+    plans = [json.loads((work / kind / name / 'plan.json').read_text()) for kind in ('plan', 'again')]
+    planned = [one['time_s'] for one in plans]
     cost = next((work / 'run' / name / 'out').glob('*/cost.dat')).read_text()
     facts = dict(re.findall(r'^AUXDATA (\w+)="(.*)"', cost, re.M))
     if 'expected_elapsed_s' not in facts:
@@ -75,10 +75,10 @@ def measure(name, share, ranks, work):
         'planned_s': sum(planned) / 2,
         'plans_s': planned,
         'took_s': float(facts['elapsed_s']),
-        'planned_MB': 1e-6 * float(number) * FACTORS[unit],
+        'planned_MB': 1e-6 * plans[0]['memory_B'],
         'took_MB': 1e-6 * float(facts['memory_B']),
-        'planned_steps': int(re.search(r'^steps      (\d+)', plan, re.M)[1]),
-        'steps': int(re.search(r'^(\d+) steps to', taken, re.M)[1]),
+        'planned_steps': plans[0]['steps'],
+        'steps': int(facts['steps']),
         'expected_s': float(facts['expected_elapsed_s']),
         'expected_MB': 1e-6 * float(facts['expected_memory_B']),
     }

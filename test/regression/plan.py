@@ -1,17 +1,18 @@
 #!/usr/bin/env python3
-"""A plan beside the run of the same scene: plan.py PLAN.log RUN.log DIRECTORY. The form and what does not
+"""A plan beside the run of the same scene: plan.py PLAN.log PLAN.json RUN.log DIRECTORY. The form and what does not
 depend on the clock: particles, blocks, fields and effects are the same lines, steps within 1 % (the same with
 a given time step), snapshots as many as there are files, memory within 10 % (15 where bodies fly through
 levels: what pools leave as they grow stays in the heap), and node blocks and particles at the end within 10 %
 there. Of times only what they are made of is looked at, for how long a step takes is the machine's affair."""
 
+import json
 import re
 import sys
 from pathlib import Path
 
 import h5py
 
-FACTORS = {"B": 1.0, "kB": 1e3, "MB": 1e6, "GB": 1e9}
+from gimp3d.study_runs import notes_of
 
 
 def find(pattern, text, what):
@@ -22,61 +23,41 @@ def find(pattern, text, what):
 
 
 def main():
-    plan, run = (Path(path).read_text() for path in sys.argv[1:3])
-    directory = Path(sys.argv[3])
+    plan, figures, run = (Path(path).read_text() for path in sys.argv[1:4])
+    figures = json.loads(figures)
+    directory = Path(sys.argv[4])
+    facts = notes_of(directory / "cost.dat")
     wrong = []
     for head in ("grid  ", "particles  ", "fields ", "effects ", "level 1 ", "level 2 "):
         lines = [[line for line in text.splitlines() if line.startswith(head)] for text in (plan, run)]
         if lines[0] != lines[1]:
             wrong.append(f"{head}: {lines[0]} and {lines[1]}")
-    planned = int(find(r"^steps      (\d+) of", plan, "steps")[1])
-    done = int(find(r"^(\d+) steps to", run, "steps")[1])
+    planned, done = figures["steps"], int(facts["steps"])
     # waves that an impact makes faster are not foreseen
     allowed = 0 if "given step" in sys.argv else max(1, (0.05 if "impact" in sys.argv else 0.01) * done)
     if abs(planned - done) > allowed:
         wrong.append(f"{planned} steps were planned, {done} done")
-    value, unit = find(r"^memory     ([0-9.]+) (\w+) on all", plan, "memory").groups()
-    memory = float(value) * FACTORS[unit]
-    taken = float(
-        find(r'AUXDATA memory_B="(.*)"', (directory / "cost.dat").read_text(), "memory in cost.dat")[1]
-    )
+    memory, taken = figures["memory_B"], float(facts["memory_B"])
     if abs(memory / taken - 1) > (0.15 if "flying" in sys.argv else 0.1):
         wrong.append(f"{memory} B were planned, {taken} B taken")
     if "flying" in sys.argv:
-        most = [
-            int(number)
-            for number in find(
-                r"^flight     at most (\d+) node blocks and (\d+) particles", plan, "flight"
-            ).groups()
-        ]
+        most = [round(figures["max_node_blocks"]), round(figures["max_particles"])]
         with h5py.File(max(directory.glob("particles_*.hdf"))) as file:
-            there = [
-                int(
-                    find(
-                        r'AUXDATA node_blocks="(\d+)"',
-                        (directory / "cost.dat").read_text(),
-                        "node blocks in cost.dat",
-                    )[1]
-                ),
-                int(file["VTKHDF/NumberOfPoints"][0]),
-            ]
+            there = [int(facts["node_blocks"]), int(file["VTKHDF/NumberOfPoints"][0])]
         for what, one, other in zip(("node blocks", "particles"), most, there):
             if abs(one / other - 1) > 0.1:
                 wrong.append(f"{one} {what} were planned, {other} are there in the end")
         print(f"   {most[0]} node blocks planned, {there[0]} in the end; {most[1]} particles, {there[1]}")
     # how long a particle-step takes is this machine's affair; how many there are, and that the time is made
     # of the rows, is the plan's
-    one, other = (int(find(r"^(\d+) particle-steps on", text, "particle-steps")[1]) for text in (plan, run))
+    one, other = figures["particle_steps"], int(facts["particle_steps"])
     if not (0.6 if "flying" in sys.argv else 0.9) < one / other < (1.6 if "flying" in sys.argv else 1.1):
         wrong.append(f"{one} particle-steps were planned, {other} done")
-    time, before, unit = find(
-        r"^time       .*\(([0-9.e+-]+) s\), of that (\S+) (\w+) until", plan, "time"
-    ).groups()
+    time, before = figures["time_s"], figures["before_first_step_s"]
     rows = float(find(r"^all +\S+ +(\S+)", plan, "row of all")[1])
-    before = float(before) * {"s": 1, "ms": 1e-3, "us": 1e-6}[unit]
-    if abs(float(time) - before - rows) > 0.002 + 0.02 * float(time):
+    if abs(time - before - rows) > 0.002 + 0.02 * time:
         wrong.append(f"{time} s were planned, {before} s until the first step and {rows} s in the rows")
-    snapshots = int(find(r"^output     (\d+) snapshots", plan, "output")[1])
+    snapshots = figures["snapshots"]
     written = len(list(directory.glob("particles_*.hdf")))
     if snapshots != written:
         wrong.append(f"{snapshots} snapshots were planned, {written} written")

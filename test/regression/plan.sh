@@ -10,11 +10,11 @@ planned() { # planned NAME SCENE RANKS [given step]: plan and run
    shift 3
    mkdir -p "plan_$name"
    sed "s/&scene /\&scene mode='plan', /" "$scene" >"plan_$name.nml"
-   (cd "plan_$name" && run_scene "$ranks" "../plan_$name.nml" "../plan_$name.log") || fail "plan of $name: status $?: $(tail -n 3 "plan_$name.log")"
+   (cd "plan_$name" && mpirun -n "$ranks" "$GIMP3D" --json "../plan_$name.json" "../plan_$name.nml" >"../plan_$name.log" 2>&1) || fail "plan of $name: status $?: $(tail -n 3 "plan_$name.log")"
    [ -z "$(ls -A "plan_$name")" ] || fail "the plan of $name wrote $(ls -A "plan_$name")"
    run_scene "$ranks" "$scene" "run_$name.log" || fail "$name: status $?"
    echo "ok      $name on $ranks"
-   "$PYTHON" "$ROOT/test/regression/plan.py" "plan_$name.log" "run_$name.log" out "$@" || fail "plan of $name"
+   "$PYTHON" "$ROOT/test/regression/plan.py" "plan_$name.log" "plan_$name.json" "run_$name.log" out "$@" || fail "plan of $name"
    rm -rf out
 }
 
@@ -27,6 +27,22 @@ planned incline incline.nml 1
 sed "s:'out/taylor':'out':; s/end_time=80e-6/end_time=4e-6/; s/every=20e-6/every=1e-6/" "$ROOT/input/taylor.nml" >taylor.nml
 planned taylor taylor.nml 1 impact
 planned levels "$ROOT/test/io/levels.nml" 2 flying
+
+mpirun -n 1 "$GIMP3D" --plan --json same.json spheres.nml >same.log 2>&1 || fail "--plan: status $?"
+[ ! -e out ] && grep -q '"kind": "explicit"' same.json || fail '--plan: wrote output, or no figures'
+status=0
+"$GIMP3D" --json no.json <spheres.nml >no.log 2>&1 || status=$?
+[ $status -eq 2 ] && grep -q -- '--json is for the figures of a plan' no.log && [ ! -e out ] || fail "figures without a plan: $status"
+status=0
+"$GIMP3D" --help >help.log || status=$?
+[ $status -eq 0 ] && grep -q '^usage: gimp3d' help.log || fail "--help: $status"
+[ "$("$GIMP3D" --version)" = "gimp3d $(sed -n "s/.*program_version = '\(.*\)'/\1/p" "$ROOT/src/base/constants.f90")" ] || fail --version
+for words in --nothing '--restart' 'a.nml b.nml' '--restart out a.nml' nowhere.nml; do
+   status=0
+   # shellcheck disable=SC2086
+   "$GIMP3D" $words >words.log 2>&1 || status=$?
+   [ $status -eq 2 ] && [ "$(wc -l <words.log)" -eq 1 ] || fail "arguments $words: status $status, $(cat words.log)"
+done
 
 for change in '' 's/step=0.1/step=0.1, to=0.999/; s/end_time=[0-9]*/end_time=1/'; do # implicit steps; both kinds
    sed "s/&scene /\&scene mode='plan', /; $change" "$ROOT/input/hold.nml" >hold.nml

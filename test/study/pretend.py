@@ -9,6 +9,7 @@ cells (um) that are refused; PRETEND_LOG a file that gets a line a run. PRETEND_
 processor for the rest, by turns more and less, and all takes as much longer. PRETEND_PLAN: a plan says so
 many times what it will be."""
 
+import json
 import os
 import sys
 from pathlib import Path
@@ -43,17 +44,15 @@ share = number("SHARE", 100) * (1, 0.5, 0.8)[turn] if "PRETEND_SHARE" in os.envi
 seconds *= 100 / share
 if plans:
     seconds *= number("PLAN", 1)
-    print(
-        f"steps      {steps:.0f} of the coarsest level\nmemory     {megabytes:.4g} MB on all ranks together: "
-        "particles 1 MB"
-    )
-    print(f"plan       by 4 steps timed on 1 rank(s) in 1 s, processors at {share:.6g} %")
-    print(f"time       1 s ({seconds + 0.5:.9g} s), of that 0.5 s until the first step")
-    print("output     0 snapshots of 0 B, 10 rows of histories, 0.5 s without the disk's own time")
-    print("output      0.5 0.5 0.5 0 1 1.0 %\nall         9 9 9 0 1 100.0 %")
-    print(f"{updates:.0f} particle-steps on 1 ranks in {seconds:.3g} s")
-    if levels:  # by level: s, ns/part.-step
-        print("output      0.000 0.00 0.000 0.00\nall         0.159 423.69 0.657 1367.21")
+    figures = {
+        "steps": round(steps),
+        "particle_steps": round(updates),
+        "time_s": seconds + 0.5,
+        "output_s": 0.5,
+        "memory_B": 1e6 * megabytes,
+        "processor_share": share / 100,
+    }
+    Path(sys.argv[sys.argv.index("--json") + 1]).write_text(json.dumps(figures))
     sys.exit()
 error = (
     number("A", 0.02) * finest ** number("ORDER", 1.5)
@@ -74,7 +73,15 @@ Path("tool_sphere.dat").write_text(
     'ZONE T="history", STRANDID=1, SOLUTIONTIME=0\nAUXDATA model_share="0.25"\n'
     + "".join(f"{t:.10e} {d:.10e} 0 0 {f:.10e}\n" for t, d, f in zip(time, depth, load))
 )
-Path("cost.dat").write_text(f'AUXDATA phase_1="all"\n1 {seconds:.9g} {seconds:.9g} {seconds:.9g}\n')
-print(f"particles  {particles:.0f} on 1 rank(s), {megabytes:.6g} MB in all, 272 B a particle")
-print(f"{steps:.0f} steps to the end\n{updates:.0f} particle-steps on 1 ranks in {seconds:.3g} s")
-print(f"processors: 1 s of work, {share:.6g} % of the elapsed time")
+notes = {
+    "phase_1": "all",
+    "particles_at_start": round(particles),
+    "steps": round(steps),
+    "particle_steps": round(updates),
+    "memory_at_start_B": 1e6 * megabytes,
+    "processor_share": share / 100,
+}
+Path("cost.dat").write_text(
+    "".join(f'AUXDATA {name}="{value}"\n' for name, value in notes.items())
+    + f"1 {seconds:.9g} {seconds:.9g} {seconds:.9g}\n"
+)
