@@ -80,18 +80,15 @@ contains
       if (stepped /= '') call facts%say(stepped)
       call facts%say(guarded)
       if (ranged /= '') call facts%say(ranged)
-      cost%timers = model%timers
-      cost%elapsed = console%elapsed()
-      cost%processor = console%processor()
       call facts%note('processor_share', to_text(model%communicator%sum_real(console%processor()) &
                                                  /model%communicator%sum_real(console%elapsed())))
-      cost%time = model%time
-      cost%notes = facts%notes
+      cost%timers = model%timers; cost%notes = facts%notes
+      cost%elapsed = console%elapsed(); cost%processor = console%processor(); cost%time = model%time
       path = ''
       if (scene%output%present) path = scene%output%directory//'/cost.dat'
       call write_cost_report(model%communicator, cost, path, table, trouble)
-      if (trouble%happened()) call fail(error, trouble%status, trouble%message) ! after a fault it is that
-                                                                                ! which counts
+      ! after a fault it is that which counts
+      if (trouble%happened()) call fail(error, trouble%status, trouble%message)
       verdict = 'finished: '//scene%title
       if (course%stop_reason /= '') verdict = course%stop_reason
       if (error%happened()) verdict = 'stopped: '//error%message

@@ -82,11 +82,8 @@ contains
       call self%communicator%start()
       call self%console%start(self%communicator)
       call read_arguments(self%arguments, self%error)
-      if (self%error%happened()) return
-      if (self%arguments%answer /= '') then
-         call self%console%line(self%arguments%answer)
-         return
-      end if
+      if (self%arguments%answer /= '') call self%console%line(self%arguments%answer)
+      if (self%error%happened() .or. self%arguments%answer /= '') return
       call check_launch(self%communicator, self%error)
       if (self%error%happened()) return
       call known_materials(self%catalogue)

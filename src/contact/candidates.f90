@@ -227,8 +227,8 @@ contains
       drift = last - gap
       carried = abs(last) > 0.0_wp .and. gap <= min(max(overlap_rate*thickness, abs(drift)), &
                                                     widest_gap*thickness)
-      if (.not. carried) drift = max(0.0_wp, -gap) ! inside when it is met, after a split say: drawn out, not
-                                                   ! pushed
+      ! inside when it is met, after a split say: drawn out, not pushed
+      if (.not. carried) drift = max(0.0_wp, -gap)
       gap = gap + drift
    end subroutine carry_on
 

@@ -207,8 +207,8 @@ contains
             s6 = force(q, node(6, g))
             s7 = force(q, node(7, g))
             s8 = force(q, node(8, g))
-            do c = first(g), max(first(g), first(g + 1) - 1) ! at least one, so that the loop over lanes can
-                                                             ! become vectors
+            ! at least one, so that the loop over lanes can become vectors
+            do c = first(g), max(first(g), first(g + 1) - 1)
                f = push(c)*direction(q, c)
                s1 = s1 + weight(1, c)*f
                s2 = s2 + weight(2, c)*f

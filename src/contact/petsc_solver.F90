@@ -165,8 +165,8 @@ contains
          PetscCallA(VecRestoreArrayF90(self%start, x, ierr))
          PetscCallA(VecNorm(self%right_side, NORM_2, norm, ierr))
          if (norm <= tolerance .or. iterations >= min(self%guesses, max_iterations)) return
-         if (.not. norm <= largest_right_side) return ! a start so far off that PETSc would abort: gradient
-                                                      ! projection leaves it
+         ! a start so far off that PETSc would abort: gradient projection leaves it
+         if (.not. norm <= largest_right_side) return
          call current_operator%set_free(free)
          lowest = max(enough*tolerance, rough*norm)
          PetscCallA(KSPSetTolerances(self%ksp, 1.0e-30_wp, lowest, by_default, PETSC_DEFAULT_INTEGER, ierr))
@@ -182,7 +182,7 @@ contains
       end do
    end subroutine solve_free
 
-   !> From the start on by gradient projection with conjugate gradients, by_default the start is.
+   !> Gradient projection with conjugate gradients (TAO's GPCG), from the values that `start` holds.
    subroutine solve_bounded(self, tolerance, max_iterations, iterations, norm)
       class(petsc_solver_t), intent(inout) :: self
       real(wp), intent(in) :: tolerance

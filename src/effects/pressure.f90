@@ -192,8 +192,8 @@ contains
             to(2) = self%section%depth(merge(self%lower(1), 0.5_wp*(from(1) + to(1)), axis == 1))
          end if
          particles%column(p, self%area + axis - 1) = outward*product(to - from)
-         from(axis) = position(axis) + outward*half ! its own face, not the plane, which may be off by
-                                                    ! rounding
+         ! its own face, not the plane, which may be off by rounding
+         from(axis) = position(axis) + outward*half
          to(axis) = from(axis)
          if (self%section%is_flat()) from(2) = -to(2)
          particles%column(p, self%arm:self%arm + 2) = 0.5_wp*(from + to) - position

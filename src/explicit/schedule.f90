@@ -38,8 +38,8 @@ contains
       type(error_t), intent(inout) :: error
       integer :: before
       before = size(stages)
-      if (size(model%effect_step(l)%on_cells) > 0 .and. any(stages == stress)) before = findloc(stages, &
-            stress, dim=1) - 1
+      if (size(model%effect_step(l)%on_cells) > 0 .and. any(stages == stress)) &
+         before = findloc(stages, stress, dim=1) - 1
       call go_through(model, l, clock, stages(:before), error)
       if (before == size(stages)) return
       call sum_cells(model, l)

@@ -91,8 +91,8 @@ contains
       self%looked = model%step
       self%free = free_memory(model%communicator)
       self%saves = fits(self, model)
-      if (self%saves) self%saves = model%communicator%sum_real(real(copy_bytes(model), &
-            wp)) <= largest_part*self%free
+      if (self%saves) self%saves = model%communicator%sum_real(real(copy_bytes(model), wp)) &
+                                   <= largest_part*self%free
       sums = measure(model)
       self%quiet = quiet_share*sums%mass*model%bounds%wave_speed**2
    end subroutine start

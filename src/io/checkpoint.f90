@@ -98,8 +98,8 @@ contains
    integer(i8) function bytes_of(model, blocks) result(bytes)
       type(model_t), intent(in) :: model
       type(block_table_t), intent(in) :: blocks
-      bytes = particle_bytes(model, blocks%particles) + 8_i8*(table_width + bounds_width)*size(blocks%table, &
-            2)
+      bytes = particle_bytes(model, blocks%particles) &
+              + 8_i8*(table_width + bounds_width)*size(blocks%table, 2)
    end function bytes_of
 
    !> Bytes of so many particles in a checkpoint.

@@ -17,8 +17,8 @@ module m_hdf5_file
    integer, parameter :: rows_of_real = 1, rows_of_long = 2, rows_of_byte = 3 !< number types of a table:
                                                                               !< double, int64, uint8
 
-   integer(i8), parameter, public :: own_bytes = 65536_i8 ! more than HDF5 takes for itself: names,
-                                                          ! attributes, groups
+   ! more than HDF5 takes for itself: names, attributes, groups
+   integer(i8), parameter, public :: own_bytes = 65536_i8
 
    !> A file being written. It stands as `<path>.part` until `finish`.
    type, public :: hdf5_file_t
@@ -100,8 +100,8 @@ contains
       if (error%happened()) return
       data = -1_hid_t
       call make_spaces(extent, where_to, file_space, memory_space, status)
-      call self%settle(status, 'table '//name, error) ! before each of HDF5's collective calls: a rank left
-                                                      ! alone in one waits for ever
+      ! before each of HDF5's collective calls: a rank left alone in one waits for ever
+      call self%settle(status, 'table '//name, error)
       if (.not. error%happened()) then
          call h5dcreate_f(self%file, name, number_type(kind), file_space, data, status)
          call self%settle(status, 'table '//name, error)

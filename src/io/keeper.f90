@@ -90,8 +90,8 @@ contains
       now = wall_time()
       if (self%spec%every_wall > 0.0_wp .and. now - self%last_wall >= self%spec%every_wall) &
          request = max(request, asks_checkpoint)
-      self%step = max(now - self%asked_at, 0.9_wp*self%step) ! the longest, but one long ago counts less and
-                                                             ! less
+      ! the longest, but one long ago counts less and less
+      self%step = max(now - self%asked_at, 0.9_wp*self%step)
       self%asked_at = now
       if (self%spec%wall_limit > 0.0_wp .and. now - self%began + 2.0_wp*(self%step + self%longest) &
           >= self%spec%wall_limit) &

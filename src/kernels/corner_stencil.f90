@@ -57,8 +57,8 @@ contains
       do c = 1, 9
          call fetch(corners%list, column(:, layout%domain + c - 1), own)
          corners%half_edge(:n, c) = own(:n)*frame%per_cell
-         corners%half_edge(n + 1:, c) = merge(0.25_wp, 0.0_wp, mod(c, 4) == 1) ! what stands behind the last
-                                                                               ! must have an inverse
+         ! what stands behind the last must have an inverse
+         corners%half_edge(n + 1:, c) = merge(0.25_wp, 0.0_wp, mod(c, 4) == 1)
       end do
       corners%section = layout%section
       if (layout%section%is_flat()) call set_section(corners, column, layout, frame)
@@ -136,8 +136,8 @@ contains
                        + sign_of(corner, 2)*corners%half_edge(first + p - 1, 3 + axis) &
                        + sign_of(corner, 3)*corners%half_edge(first + p - 1, 6 + axis)
                hat(p, -1, axis, corner) = max(0.0_wp, -place)
-               hat(p, 0, axis, corner) = max(0.0_wp, 1.0_wp - abs(place)) ! corners may lie a rounding beyond
-                                                                          ! the next node
+               ! corners may lie a rounding beyond the next node
+               hat(p, 0, axis, corner) = max(0.0_wp, 1.0_wp - abs(place))
                hat(p, 1, axis, corner) = max(0.0_wp, place)
             end do
          end do

@@ -158,8 +158,8 @@ contains
       if (turns) then
          extent = sum(abs(span), dim=2)
          lowest = node + merge(-1, 0, place - extent < node)
-         weights%last = merge(1, 2, all(place + extent <= lowest + 1)) ! the nodes of one cell, where the face
-                                                                       ! lies in it
+         ! the nodes of one cell, where the face lies in it
+         weights%last = merge(1, 2, all(place + extent <= lowest + 1))
          if (weights%last == 2) lowest = node - 1
          weights%corner = lowest
          weights%weight = 0.0_wp

@@ -196,8 +196,8 @@ contains
             pressure = (cold(self%density*self%sound_speed**2, self%grueneisen, self%hugoniot_slope, &
                              1.0_wp - volume*self%density/column(p, layout%mass)) + gain*column(p, e)) &
                        /(1.0_wp + 0.5_wp*gain*change)
-            pressure = merge(max(pressure, 0.0_wp), pressure, failed(i) > 0.0_wp) ! it is pulled apart without
-                                                                                  ! work
+            ! it is pulled apart without work
+            pressure = merge(max(pressure, 0.0_wp), pressure, failed(i) > 0.0_wp)
             column(p, e) = column(p, e) - 0.5_wp*pressure*change
             mean = (column(p, s) + column(p, s + 1) + column(p, s + 2))/3.0_wp
             column(p, s) = bears_shear*(column(p, s) - mean) - pressure

@@ -159,7 +159,6 @@ contains
       integer :: s, at(3), low(3), high(3), i, j, k, q
       ! what is given, and what it changes by along the axes
       real(wp) :: share, given(node_values), change(3, 3), along(node_values, 3)
-                                                                                 ! axes
       patch = 0.0_wp
       along = 0.0_wp
       do s = 1, size(edge%constrained, 2)

@@ -48,8 +48,8 @@ contains
       if (.not. error%happened()) call refuse_other_encodings(text, error)
       if (error%happened()) return
       cursor%text = text
-      if (index(text, char(239)//char(187)//char(191)) == 1) cursor%at = 4 ! the byte order mark of some
-                                                                           ! editors
+      ! the byte order mark of some editors
+      if (index(text, char(239)//char(187)//char(191)) == 1) cursor%at = 4
       count = 0
       deallocate (self%groups)
       allocate (self%groups(8))

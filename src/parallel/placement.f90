@@ -165,10 +165,9 @@ contains
       integer, intent(in) :: levels !< of its constraints, the first ones
       integer, allocatable, intent(out) :: best(:)
       logical, intent(out) :: refused
-      real(wp), parameter :: tolerances(2, ways/2) = reshape([1.01_wp, 1.2_wp, 1.03_wp, 1.2_wp, 1.2_wp, &
-            1.03_wp], [2, ways/2]) !< 
-                                                                             ! heaviest part over the mean: of
-                                                                             ! levels, of contact
+      ! heaviest part over the mean: of levels, of contact
+      real(wp), parameter :: tolerances(2, ways/2) = reshape([1.01_wp, 1.2_wp, 1.03_wp, 1.2_wp, &
+                                                              1.2_wp, 1.03_wp], [2, ways/2])
       type(block_graph_t) :: anywhere
       integer :: part(size(graph%weight, 2)), cut, n, ranks, sharing, way
       real(wp) :: shortest(2), length

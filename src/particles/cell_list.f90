@@ -238,8 +238,8 @@ contains
    pure subroutine sort(self, order)
       class(cell_list_t), intent(inout) :: self
       integer(i4), intent(out), contiguous :: order(:) !< (count): the new p-th is the old order(p)-th
-      integer(i4) :: next(bins), later(bins), held(bins) ! of the first half of the particles, of the second,
-                                                         ! of all
+      ! of the first half of the particles, of the second, of all
+      integer(i4) :: next(bins), later(bins), held(bins)
       integer :: b, half, p
       half = self%count/2
       next = 0

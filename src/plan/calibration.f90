@@ -197,8 +197,8 @@ contains
       largest = 0.0_wp
       do f = 1, size(snapshot%fields)
          bytes = bytes + 8.0_wp*size(snapshot%fields(f)%values)
-         largest = max(largest, 8.0_wp*size(snapshot%fields(f)%values)) ! each is copied into the order of the
-                                                                        ! file
+         ! each is copied into the order of the file
+         largest = max(largest, 8.0_wp*size(snapshot%fields(f)%values))
       end do
       if (scene%output%tecplot) found%rates%snapshot = found%rates%snapshot &
                                                        + model%communicator%maximum(value*bytes/8.0_wp)
@@ -223,8 +223,8 @@ contains
          write (text, '(es24.16e3)') sqrt(real(n, wp))
          length = length + len_trim(text)
       end do
-      text_cost = (wall_time() - began)/max(numbers, min(length, numbers)) ! what is not looked at might be
-                                                                           ! left out
+      ! what is not looked at might be left out
+      text_cost = (wall_time() - began)/max(numbers, min(length, numbers))
    end function text_cost
 
    !> Collective: contact with the tools as far in as there are then as many contact points as the scene will
@@ -240,8 +240,8 @@ contains
       integer(i8) :: handled
       integer :: n
       associate (rates => found%rates)
-         if (found%prospect%most_touches <= more*points_before) then ! as much contact as there will be: each
-                                                                     ! has its share of it
+         ! as much contact as there will be: each has its share of it
+         if (found%prospect%most_touches <= more*points_before) then
             if (points_before > 0.0_wp) then
                rates%contact_point = rates%contact/points_before
                rates%contact = 0.0_wp

@@ -62,8 +62,8 @@ contains
       flight%most_blocks = flight%blocks
       flight%particles = real(model%communicator%sum_count(model%particle_count()), wp)
       flight%most_particles = flight%particles
-      flight%particle_steps = model%communicator%sum_real(sum([(real(level_steps(l), &
-         wp)*model%levels(l)%particle_count(), l=1, size(level_steps))]))
+      flight%particle_steps = model%communicator%sum_real(sum([( &
+         real(level_steps(l), wp)*model%levels(l)%particle_count(), l=1, size(level_steps))]))
       fastest = maxval([(norm2(scene%bodies(b)%velocity), b=1, size(scene%bodies))])
       ahead = scene%end_time - model%time
       moments = ceiling(min(fastest*ahead/(stride*model%levels(size(model%levels))%grid%cell), &

@@ -1,4 +1,5 @@
 #!/bin/bash
+#test: check
 #test: limit 120
 #test: beside
 # Bodies of two contact groups feel each other where they touch. Control: in one velocity field more than a cell before.

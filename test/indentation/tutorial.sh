@@ -5,7 +5,7 @@
 # step; scene 1 runs on coarser cells. What is planted in copies of the documents must be noticed. tutorial_long.sh runs all of it.
 . "$(dirname "$0")/../harness/env.sh"
 tutorial() { "$PYTHON" "$ROOT/test/indentation/tutorial.py" "$@"; }
-for part in Makefile post input src test tools doc; do ln -s "$ROOT/$part" "$part"; done
+for part in Makefile mk post input src test tools doc; do ln -s "$ROOT/$part" "$part"; done
 ln -s "$GIMP3D" gimp3d
 
 for document in tutorial tutorial_impact; do
@@ -24,7 +24,7 @@ planted() { # planted WORDS SED: with this change the check must fail, and say t
    grep -q -- "$1" planted.log || { cat planted.log; fail "noticed, but not told: $1"; }
    echo "ok      noticed: $1"
 }
-mkdir quick && cd quick && for part in Makefile post input; do ln -s "$ROOT/$part" "$part"; done
+mkdir quick && cd quick && for part in Makefile mk post input; do ln -s "$ROOT/$part" "$part"; done
 printf '#!/bin/sh\necho "particles on 1 rank"\n' >gimp3d && chmod +x gimp3d # what is planted needs no run of the right scenes
 planted 'there is no target hardnes:' 's/^make hardness RUN=out.tutorial.cone$/make hardnes RUN=out\/tutorial\/cone/'
 planted 'the Makefile has no RUM:' 's/^make plots RUN=/make plots RUM=/'

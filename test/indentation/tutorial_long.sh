@@ -5,7 +5,7 @@
 # take 20 minutes.
 . "$(dirname "$0")/../harness/env.sh"
 tutorial() { "$PYTHON" "$ROOT/test/indentation/tutorial.py" "$@"; }
-for part in Makefile post input src test tools doc build; do ln -s "$ROOT/$part" "$part"; done
+for part in Makefile mk post input src test tools doc build; do ln -s "$ROOT/$part" "$part"; done
 ln -s "$GIMP3D" gimp3d
 if [ -f "$ROOT/config.mk" ]; then ln -s "$ROOT/config.mk" config.mk; fi
 limit=$((1200 * ${SLOWER:-1}))

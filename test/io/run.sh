@@ -1,5 +1,5 @@
 #!/bin/bash
-#test: beside
+#test: beside check
 #test: limit 300
 # Writes snapshots, curves, console and cost report on 1, 2, 4 ranks and reads them with other programs' readers (where ParaView is
 # installed, also with its own), planted failures too; runs scenes with levels and without output. BINARIES=directory takes the test

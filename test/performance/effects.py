@@ -145,7 +145,7 @@ def bare_tree(work, build):
     tree = work / 'bare'
     shutil.rmtree(tree, ignore_errors=True)
     tree.mkdir(parents=True)
-    for name in ('src', 'tools', f'build/{build}/obj/src', f'build/{build}/mod'):
+    for name in ('src', 'tools', 'mk', f'build/{build}/obj/src', f'build/{build}/mod'):
         shutil.copytree(ROOT / name, tree / name)
     for name in ('Makefile', 'config.mk', f'build/{build}/flags', f'build/{build}/depends.mk'):
         if (ROOT / name).exists():

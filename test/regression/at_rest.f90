@@ -1,3 +1,4 @@
+!test: check
 !test: ranks 1 2
 !> A small box flies into a long bar at rest: leaving out the blocks that are at rest changes no bit of any
 !> particle, and neither does what blocks do ahead, nor of the sums over all. What resting blocks give to

@@ -71,7 +71,7 @@ texts = [
     for path in sorted(root.glob(f"{folder}/**/*"))
     if path.suffix in (".f90", ".F90", ".py", ".sh", ".nml", ".toml") and "documents" not in path.name
 ]
-for path in [root / "Makefile"] + pages + texts:
+for path in [root / "Makefile", *root.glob("mk/*.mk")] + pages + texts:
     if "notebook" in path.parts or path.name == "CHANGELOG.md":
         continue
     text = path.read_text()

@@ -1,5 +1,5 @@
 #!/bin/sh
-#test: beside
+#test: beside check
 # Documents and what they name (documents.py): prose of at most 110 columns, links, equations and paths that exist, the README's scene,
 # and the floors of the source. What is planted here must be noticed.
 . "$(dirname "$0")/../harness/env.sh"
@@ -8,7 +8,7 @@ check() { "$PYTHON" "$ROOT/test/regression/documents.py" "$1"; }
 check "$ROOT" || fail 'documents'
 
 mkdir tree
-for part in README.md CHANGELOG.md CONTRIBUTING.md Makefile LICENSE CITATION.cff ruff.toml doc src test post input tools; do
+for part in README.md CHANGELOG.md CONTRIBUTING.md Makefile LICENSE CITATION.cff ruff.toml mk doc src test post input tools; do
    cp -r "$ROOT/$part" tree/
 done
 : >expected

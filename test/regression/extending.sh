@@ -7,7 +7,7 @@
 . "$(dirname "$0")/../harness/env.sh"
 unset MAKEFLAGS MFLAGS MAKELEVEL MAKEOVERRIDES
 mkdir -p tree/build/"$BUILD"/obj
-cp -a "$ROOT/src" "$ROOT/tools" "$ROOT/Makefile" tree/
+cp -a "$ROOT/src" "$ROOT/tools" "$ROOT/Makefile" "$ROOT/mk" tree/
 [ ! -e "$ROOT/config.mk" ] || cp -a "$ROOT/config.mk" tree/
 # what is built already, with its times: only what the example touches is compiled
 cp -a "$BUILD_DIR"/{mod,flags,depends.mk,libgimp3d.a} tree/build/"$BUILD"/

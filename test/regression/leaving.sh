@@ -1,5 +1,5 @@
 #!/bin/bash
-#test: beside
+#test: beside check
 #test: limit 60
 # A particle that leaves the grid ends the run: status 3 and a sentence that names it and the side, on any number of ranks, with the
 # histories so far.

@@ -1,3 +1,4 @@
+!test: check
 !> A bar that vibrates along its axis, 50 steps with every stress update, velocity update and transfer:
 !> energy, momentum, and the time that the motion takes to turn.
 program schemes

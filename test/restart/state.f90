@@ -1,3 +1,4 @@
+!test: check
 !test: ranks 1 2
 !test: limit 120
 !> What the guard keeps in memory is what a checkpoint keeps, for one procedure describes both: every number

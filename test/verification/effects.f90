@@ -1,5 +1,6 @@
 !> Effects against exact answers: free fall, viscous decay, a bar and a column brought to rest, and what every
 !> hook does.
+!test: check
 !test: ranks 1 2 4
 !test: limit 120
 program effects
