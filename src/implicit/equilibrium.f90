@@ -84,7 +84,7 @@ contains
                self%outcome = found
                return
             end if
-            if (residual < 0.9_wp*best) then
+            if (residual < 0.9_wp*best .and. self%newton > 0) then ! at first nothing may be under stress yet
                best = residual
                best_at = self%newton
             end if
