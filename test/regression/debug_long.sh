@@ -2,7 +2,7 @@
 #test: limit 3600
 #test: long
 # The debug build: bounds of arrays, addresses, undefined behaviour, exceptions of the arithmetic. Unit tests, the reader, files, and a run
-# of each kind. Not in `make test`: compiling alone takes 140 s of a processor, and no part of the sources stands for the others.
+# of each kind. Not in `make test`: compiling alone takes some 190 s of a processor, and no part of the sources stands for the others.
 . "$(dirname "$0")/../harness/env.sh"
 suites='unit input io regression/margins regression/quarter contact/bounded contact/end_of_a_beam statics/equilibrium restart/same_bits'
 cd "$ROOT"
