@@ -75,7 +75,7 @@ def check_run(run, log):
     )
     require(
         "the law carries six columns",
-        re.search(r"^fields .*velocity_gradient 9, spring_stress 6, .*together 240 B", said, re.M),
+        re.search(r"^fields .*velocity_gradient 9, spring_stress 6, ", said, re.M),
     )
     require("the effect has its row", re.search(r"^shaking  ", said, re.M))
 
