@@ -84,7 +84,7 @@ require(
 # the command line
 refused("an unknown argument", 2, "^unknown argument --resume; usage: ", arguments=["--resume"])
 refused("no directory", 2, "^--restart needs one directory; usage: ", arguments=["--restart"])
-refused("two directories", 2, "^--restart needs one directory; usage: ", arguments=["--restart", "a", "b"])
+refused("a directory and a scene", 2, "^--restart goes with no scene", arguments=["--restart", "a", "b"])
 refused(
     "a directory that is not there", 2, "^cannot go on from nowhere: nowhere is not there", restart="nowhere"
 )
