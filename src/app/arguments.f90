@@ -55,9 +55,8 @@ contains
             end if
          end select
       end do
-      do while (len(arguments%restart) > 1 .and. arguments%restart(len(arguments%restart):) == '/')
-         arguments%restart = arguments%restart(:len(arguments%restart) - 1)
-      end do
+      n = max(1, verify(arguments%restart, '/', back=.true.)) ! slashes at the end are no part of the name
+      if (arguments%restart /= '') arguments%restart = arguments%restart(:n)
       if (arguments%restart /= '' .and. (arguments%scene /= '' .or. arguments%plans &
          .or. arguments%json /= '')) call fail(error, exit_input, &
          '--restart goes with no scene, --plan or --json: the checkpoint has its scene; '//usage)

@@ -50,14 +50,15 @@ contains
    pure function motion_columns(layout) result(names)
       type(layout_t), intent(in) :: layout
       character(len=30), allocatable :: names(:)
+      character(len=30) :: name
       type(motion_field_t), allocatable :: fields(:)
       integer :: c, f
       fields = motion_fields(layout)
       allocate (names(0))
       do f = 1, size(fields)
          do c = 1, size(fields(f)%components)
-            names = [names, [character(len=30) :: trim(fields(f)%name)//'_'//trim(fields(f)%components(c))// &
-                             ' ['//fields(f)%unit//']']]
+            name = trim(fields(f)%name)//'_'//trim(fields(f)%components(c))//' ['//fields(f)%unit//']'
+            names = [names, name]
          end do
       end do
    end function motion_columns
