@@ -60,7 +60,7 @@ contains
       type(facts_t) :: facts
       type(error_t) :: trouble
       character(len=cost_line_length), allocatable :: table(:)
-      character(len=:), allocatable :: verdict, path
+      character(len=:), allocatable :: outcome, path
       integer :: l
       allocate (facts%lines(0), facts%notes(0))
       cost%particle_steps = model%communicator%sum_count(model%particle_steps)
@@ -89,10 +89,10 @@ contains
       call write_cost_report(model%communicator, cost, path, table, trouble)
       ! after a fault it is that which counts
       if (trouble%happened()) call fail(error, trouble%status, trouble%message)
-      verdict = 'finished: '//scene%title
-      if (course%stop_reason /= '') verdict = course%stop_reason
-      if (error%happened()) verdict = 'stopped: '//error%message
-      call console%summary(verdict, int(model%step), model%time, [facts%lines, table])
+      outcome = 'finished: '//scene%title
+      if (course%stop_reason /= '') outcome = course%stop_reason
+      if (error%happened()) outcome = 'stopped: '//error%message
+      call console%summary(outcome, int(model%step), model%time, [facts%lines, table])
    end subroutine summarise
 
    !> Collective: what effects have to say.
@@ -318,7 +318,7 @@ contains
              ': up to '//si(balance%worst, 'J')//percent(balance%worst, balance%largest)//' of the largest'
       if (model%static_doubt > 0.0_wp) then
          text = text//', of which '//si(model%static_doubt, 'J')//' may come of the length of the steps'// &
-                most_work(model)//'; '//remedy(scene)//', a smaller step'
+                hardest_worked(model)//'; '//remedy(scene)//', a smaller step'
       else if (balance%excess() > 0.0_wp) then
          text = text//'; '//remedy(scene)//', a smaller safety'
          if (scene%time%stress_update == update_usf) text = text//', stress_update=''usl'''
@@ -332,7 +332,7 @@ contains
    end subroutine warn_of_balance
 
    !> Which tool has done most of the work.
-   function most_work(model) result(text)
+   function hardest_worked(model) result(text)
       type(model_t), intent(in) :: model
       character(len=:), allocatable :: text
       integer :: t
@@ -341,7 +341,7 @@ contains
       t = maxloc(abs(model%contact%states%work), dim=1)
       text = '; the contact with most work, '//si(model%contact%states(t)%work, 'J')//', is that of tool '// &
              trim(model%contact%tools(t)%spec%name)
-   end function most_work
+   end function hardest_worked
 
    !> A share in words; nothing where there is nothing to share.
    function percent(part, whole) result(text)

@@ -20,7 +20,7 @@ module m_introduction
    private
    public :: introduce, own_bytes, own_blocks
 
-   real(wp), parameter :: fewest_zone_cells = 3.0_wp !< of a zone in which adhesion acts
+   real(wp), parameter :: min_zone_cells = 3.0_wp !< of a zone in which adhesion acts
 
 contains
 
@@ -99,9 +99,9 @@ contains
                               ': '//spec%friction%text()//adhesion_text(spec))
             if (.not. spec%adhesion > 0.0_wp) cycle
             zone = cohesive_zone(scene, model, spec)/model%levels(size(model%levels))%grid%cell
-            if (zone < fewest_zone_cells) call console%line('coarse     adhesion between '// &
+            if (zone < min_zone_cells) call console%line('coarse     adhesion between '// &
                scene%group_label(g)//' and '//scene%group_label(h)//' acts over a zone of about '// &
-               to_text(zone, 2)//' cells at the edge of contact; below '//to_text(fewest_zone_cells)// &
+               to_text(zone, 2)//' cells at the edge of contact; below '//to_text(min_zone_cells)// &
                ' the force that parts them is too large: take smaller cells or a weaker pull over a '// &
                'longer range')
          end do
@@ -176,7 +176,7 @@ contains
          if (scene%bodies(b)%particles_per_cell == 1) cycle
          select type (law => scene%materials(scene%bodies(b)%material)%law)
          class is (material_t)
-            may_lock = may_lock .or. law%brings() == 'anti_locking' &
+            may_lock = may_lock .or. law%default_effect() == 'anti_locking' &
                        .or. law%p_wave_modulus() > modulus_ratio*law%von_mises_modulus()*(1.0_wp + 1.0e-9_wp)
          end select
       end do

@@ -194,7 +194,7 @@ contains
       self%model%wants_sums = self%recorder%history_is_due(self%model%time + time_step)
       call self%integrator%end_by(self%keeper%end_of_run())
       call self%integrator%step(self%model, time_step, self%error)
-      call self%console%lines(self%integrator%news())
+      call self%console%lines(self%integrator%messages())
       if (self%integrator%was_called_off()) then
          call self%keeper%keep(self%scene, self%model, self%balance, self%facts, self%recorder, &
                                self%course%stop_reason, self%error, within=.true.)
@@ -215,7 +215,7 @@ contains
          self%course%early_elapsed = self%console%elapsed()
       end if
       if (mod(self%model%step, int(rebalance_every, i8)) == 0) then
-         call self%model%fold()
+         call self%model%reduce_accumulated()
          call self%model%rebalance(self%error, placement_lasts)
       end if
       self%facts%guard = self%guard%facts()
@@ -232,13 +232,13 @@ contains
    subroutine look(self, written)
       class(simulation_t), intent(inout) :: self
       logical, intent(in) :: written
-      character(len=:), allocatable :: news
+      character(len=:), allocatable :: messages
       if (.not. self%error%happened()) &
          call self%guard%look_at_step(self%model, longest_step(self%scene, self%model, self%model%time), &
                                       self%scene%quasi_static%holds_at(self%model%time), self%error)
       if (self%error%happened()) return
-      call self%range%look(self%model, self%model%time >= self%scene%end_time, news, self%error)
-      if (news /= '') call self%console%line(news)
+      call self%range%look(self%model, self%model%time >= self%scene%end_time, messages, self%error)
+      if (messages /= '') call self%console%line(messages)
       if (self%error%happened() .or. .not. (written .or. self%guard%look_is_due(self%model))) return
       call self%guard%look(self%model, self%balance, self%error)
    end subroutine look

@@ -9,10 +9,10 @@ module m_foreign_call
    private
    public :: name_foreign_code, begin_foreign_call, end_foreign_call
 
-   integer, parameter :: longest_name = 1024, most_names = 64
+   integer, parameter :: longest_name = 1024, max_names = 64
    !> abort, illegal instruction, bus error, arithmetic, address; of Linux
    integer(c_int), parameter :: deadly(5) = [6, 4, 7, 8, 11]
-   character(len=longest_name), protected :: names(most_names) = ''
+   character(len=longest_name), protected :: names(max_names) = ''
    integer, protected :: named = 0
    integer(c_int), volatile :: inside = 0, status_then = 0 !< number of the name that is called, 0: none
    type(c_funptr), protected :: handler_before(32)
@@ -72,7 +72,7 @@ contains
       end if
       number = findloc(names(:named), name, dim=1)
       if (number > 0) return
-      named = min(named + 1, most_names)
+      named = min(named + 1, max_names)
       names(named) = name
       number = named
    end function name_foreign_code

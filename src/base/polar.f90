@@ -5,7 +5,7 @@ module m_polar
    private
    public :: polar, determinant, cofactors, logarithm
 
-   integer, parameter :: most_iterations = 60 !< four do where strains are small
+   integer, parameter :: iteration_limit = 60 !< four do where strains are small
    real(wp), parameter :: settled = 4.0_wp*epsilon(1.0_wp)
 
 contains
@@ -38,7 +38,7 @@ contains
       real(wp) :: c(3, 3), next(3, 3), change
       integer :: n
       r = f
-      do n = 1, most_iterations
+      do n = 1, iteration_limit
          c = cofactors(r)
          next = 0.5_wp*(r + c/(r(1, 1)*c(1, 1) + r(1, 2)*c(1, 2) + r(1, 3)*c(1, 3)))
          change = maxval(abs(next - r))
@@ -56,7 +56,7 @@ contains
       integer :: i, j, k, sweep
       d = a
       v = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
-      do sweep = 1, most_iterations
+      do sweep = 1, iteration_limit
          k = 0
          do i = 1, 2
             do j = i + 1, 3

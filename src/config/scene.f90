@@ -23,7 +23,7 @@ module m_scene
    integer, parameter, public :: level_box = 1, level_sphere = 2
    integer, parameter, public :: criterion_none = 0, criterion_stress = 1, criterion_strain = 2, &
                                  criterion_error = 3
-   integer, parameter, public :: fewest_cells = 10**3 !< of a box that a criterion places: four cells along
+   integer, parameter, public :: min_cells = 10**3 !< of a box that a criterion places: four cells along
                                                       !< each axis, five beside a side
    character(len=*), parameter, public :: rest_group = 'rest' !< the contact group of bodies that name none
    integer, parameter, public :: start_apart = 1, start_as_is = 2

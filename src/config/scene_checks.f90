@@ -20,8 +20,8 @@ module m_scene_checks
    real(wp), parameter :: touching = 1.0e-6_wp !< what overlaps by less than this share of a cell only touches
    real(wp), parameter :: resolved = 2.0e-2_wp !< so does, where a shape is not convex, what overlaps by less
                                                !< than this share of a cell
-   real(wp), parameter :: most_cells = 2.0e9_wp
-   integer, parameter :: most_tries = 100000    !< cell sizes looked at to find those that divide the grid
+   real(wp), parameter :: cell_limit = 2.0e9_wp
+   integer, parameter :: max_attempts = 100000    !< cell sizes looked at to find those that divide the grid
    integer, parameter :: shown_digits = 10
 
 contains
@@ -61,10 +61,10 @@ contains
       if (any(length <= 0.0_wp)) then
          call fail(error, exit_input, text%place('grid', 1, 'upper')//': must be above lower='// &
                    reals_text(grid%lower)//' in every direction')
-      else if (any(length/grid%cell_size > most_cells) .or. product(length/grid%cell_size) > most_cells) then
+      else if (any(length/grid%cell_size > cell_limit) .or. product(length/grid%cell_size) > cell_limit) then
          call fail(error, exit_input, text%place('grid', 1, 'cell_size')//': makes '// &
                    to_text(product(length/grid%cell_size), 3)//' cells; allowed: at most '// &
-                   exact_text(most_cells))
+                   exact_text(cell_limit))
       else if (.not. divides(grid%cell_size, length)) then
          call nearest_sizes(grid%cell_size, length, smaller, larger)
          advice = ''
@@ -94,14 +94,14 @@ contains
       start = int(minval(length)/cell_size)
       smaller = 0.0_wp
       larger = 0.0_wp
-      do cells = start, max(1, start - most_tries), -1
+      do cells = start, max(1, start - max_attempts), -1
          larger = minval(length)/cells
          if (larger > cell_size .and. divides(larger, length)) exit
          larger = 0.0_wp
       end do
-      do cells = start + 1, start + most_tries
+      do cells = start + 1, start + max_attempts
          smaller = minval(length)/cells
-         if (product(length/smaller) > most_cells) smaller = 0.0_wp
+         if (product(length/smaller) > cell_limit) smaller = 0.0_wp
          if (smaller <= 0.0_wp) exit
          if (divides(smaller, length)) exit
          smaller = 0.0_wp

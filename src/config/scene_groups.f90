@@ -24,7 +24,7 @@ module m_scene_groups
    public :: read_groups, describe_group, known_variables
 
    integer, parameter :: longest_title = 200, longest_path = 1000
-   integer, parameter :: most_retries = 20 ! a millionth of the time step
+   integer, parameter :: max_retries = 20 ! a millionth of the time step
    real(wp), parameter :: default_every_wall = 600.0_wp !< s
 
 contains
@@ -75,7 +75,7 @@ contains
       is_brought = .false.
       do b = 1, size(scene%bodies)
          if (scene%bodies(b)%particles_per_cell == 1) cycle
-         if (scene%materials(scene%bodies(b)%material)%law%brings() == name) is_brought = .true.
+         if (scene%materials(scene%bodies(b)%material)%law%default_effect() == name) is_brought = .true.
       end do
    end function is_brought
 
@@ -332,8 +332,8 @@ contains
       type(group_reader_t), intent(inout) :: group
       type(guard_spec_t), intent(inout) :: guard
       call group%get('retries', guard%retries, least=0)
-      if (guard%retries > most_retries) call group%refuse('retries', 'must be at most '// &
-                                                          to_text(most_retries))
+      if (guard%retries > max_retries) call group%refuse('retries', 'must be at most '// &
+                                                          to_text(max_retries))
       call group%get('save_every', guard%save_every, least=1)
       call group%get('memory', guard%memory, at_least(0.0_wp, 'bytes'))
       call group%get('energy_limit', guard%energy_limit, at_least(0.0_wp, '', at_most=1.0_wp))

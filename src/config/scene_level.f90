@@ -3,7 +3,7 @@ module m_scene_level
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t, name_length
    use m_scene, only: scene_t, level_spec_t, level_box, level_sphere, criterion_none, criterion_error, &
-                      fewest_cells
+                      min_cells
    use m_scene_words, only: level_shape_words, criterion_words
    use m_value_range, only: above, at_least, any_value
    implicit none
@@ -42,7 +42,7 @@ contains
          call group%refuse('criterion', 'not together with follow; a level moves by one or the other')
       call describe_place(group, scene, level)
       if (level%criterion == criterion_none .and. group%is_writing()) return
-      call group%get('max_cells', level%max_cells, least=fewest_cells)
+      call group%get('max_cells', level%max_cells, least=min_cells)
       if (level%criterion == criterion_none .and. group%is_given('max_cells')) &
          call group%refuse('max_cells', 'only with criterion=''stress'' or ''strain'' or ''error''')
       if (level%criterion /= criterion_error .and. group%is_writing()) return

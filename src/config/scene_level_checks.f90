@@ -13,11 +13,11 @@ module m_scene_level_checks
    private
    public :: check_levels
 
-   integer, parameter, public :: most_levels = 8 !< one in the other; ids have room for so many splits into
+   integer, parameter, public :: max_levels = 8 !< one in the other; ids have room for so many splits into
                                                  !< eight (m_body, number_ids)
-   real(wp), parameter :: least_gap = 2.0_wp      !< between the sides of boxes, in cells of the outer one
-   real(wp), parameter :: least_width = 4.0_wp    !< of a box, in the cells that it refines
-   real(wp), parameter :: most_blocks = 2.0e9_wp !< of the finest cells, over the whole grid: they are
+   real(wp), parameter :: min_gap = 2.0_wp      !< between the sides of boxes, in cells of the outer one
+   real(wp), parameter :: min_width = 4.0_wp    !< of a box, in the cells that it refines
+   real(wp), parameter :: max_blocks = 2.0e9_wp !< of the finest cells, over the whole grid: they are
                                                  !< numbered by integers
    real(wp), parameter :: near_node = 1.0e-6_wp !< a face is on a node that is nearer than this share of a
                                                 !< cell,
@@ -135,10 +135,10 @@ contains
       type(nest_t), intent(in) :: nest
       type(error_t), intent(inout) :: error
       real(wp) :: center(3), reach, width
-      if (level%radius < 0.5_wp*least_width*nest%cell) &
+      if (level%radius < 0.5_wp*min_width*nest%cell) &
          call fail(error, exit_input, text%place('level', l, 'radius')//': allowed: at least '// &
-                   to_text(0.5_wp*least_width)//' cells of what it refines, '// &
-                   to_text(0.5_wp*least_width*nest%cell, 6)//' m')
+                   to_text(0.5_wp*min_width)//' cells of what it refines, '// &
+                   to_text(0.5_wp*min_width*nest%cell, 6)//' m')
       center = (level%center - nest%origin)/nest%cell
       if (any(center < 0.0_wp) .or. any(center > nest%grid_size)) then
          call fail(error, exit_input, text%place('level', l, 'center')//': lies outside the grid')
@@ -147,10 +147,10 @@ contains
       if (level%follow == 0) return
       reach = level%radius/nest%cell
       width = minval(min(center + reach, nest%grid_size) - max(center - reach, 0.0_wp))
-      if (width < least_width) &
+      if (width < min_width) &
          call fail(error, exit_input, text%place('level', l, 'radius')//': with follow, '// &
                    to_text(width, 3)//' cells of what it refines are inside the grid in one direction; '// &
-                   'allowed: at least '//to_text(least_width))
+                   'allowed: at least '//to_text(min_width))
    end subroutine check_sphere
 
    !> Not too many levels, and blocks that can be numbered.
@@ -163,20 +163,20 @@ contains
       integer :: depth, l
       edge = to_text(block_size)
       depth = maxval(scene%levels%of)
-      if (depth > most_levels) then
-         call fail(error, exit_input, text%line_of('level', findloc(scene%levels%of > most_levels, .true., &
+      if (depth > max_levels) then
+         call fail(error, exit_input, text%line_of('level', findloc(scene%levels%of > max_levels, .true., &
                    dim=1))//', &level: there are '//to_text(depth)//' levels; allowed: at most '// &
-                   to_text(most_levels))
+                   to_text(max_levels))
          return
       end if
       do l = 1, size(scene%levels)
          depth = scene%levels(l)%of
          blocks = product(real(scene%grid%cells, wp)*2.0_wp**depth/block_size + 1.0_wp)
-         if (blocks < most_blocks) cycle
+         if (blocks < max_blocks) cycle
          call fail(error, exit_input, text%line_of('level', l)//', &level: its cells, '// &
                    to_text(scene%grid%cell_size/2.0_wp**depth, 6)//' m, would fill the grid with '// &
                    to_text(blocks, 3)//' blocks of '//edge//' x '//edge//' x '//edge//'; allowed: below '// &
-                   exact_text(most_blocks))
+                   exact_text(max_blocks))
          return
       end do
    end subroutine check_number
@@ -258,10 +258,10 @@ contains
       integer :: axis
       do axis = 1, 3
          width = nest%upper(axis) - nest%lower(axis)
-         if (width >= least_width .or. (nest%flat .and. axis == 2)) cycle
+         if (width >= min_width .or. (nest%flat .and. axis == 2)) cycle
          call fail(error, exit_input, at//': the box is '//cells(width)//' of '//nest%parent//' wide in '// &
                    axes(axis)// &
-                   '; allowed: at least '//to_text(least_width)//' of '//to_text(nest%cell, 6)//' m')
+                   '; allowed: at least '//to_text(min_width)//' of '//to_text(nest%cell, 6)//' m')
          return
       end do
    end subroutine check_width
@@ -280,15 +280,15 @@ contains
       side = merge(0.0_wp, nest%grid_size, inward > 0)
       do axis = 1, 3
          gap = inward*(corner(axis) - parent(axis))
-         if (gap >= least_gap .or. abs(corner(axis) - side(axis)) < 0.5_wp) cycle
+         if (gap >= min_gap .or. abs(corner(axis) - side(axis)) < 0.5_wp) cycle
          also = ''
          if (abs(parent(axis) - side(axis)) < 0.5_wp) &
             also = ', or '//to_text(nest%metres(side(axis), axis), shown_digits)//', the side of the grid'
          call fail(error, exit_input, at//': lies '//cells(gap)//' of '//to_text(nest%cell, 6)// &
                    ' m inside '//nest%parent// &
-                   ' in '//axes(axis)//'; allowed: at least '//to_text(least_gap)//', '//axes(axis)// &
+                   ' in '//axes(axis)//'; allowed: at least '//to_text(min_gap)//', '//axes(axis)// &
                    trim(merge(' at least ', ' at most  ', inward > 0))//' '// &
-                   to_text(nest%metres(parent(axis) + inward*least_gap, axis), shown_digits)//also)
+                   to_text(nest%metres(parent(axis) + inward*min_gap, axis), shown_digits)//also)
          return
       end do
    end subroutine check_gaps

@@ -18,7 +18,7 @@ module m_scene_static
    character(len=*), parameter :: laws(6) = [character(len=11) :: 'elastic', 'neo_hookean', 'j2', 'norton', &
                                              'maxwell', 'umat']
    character(len=*), parameter :: effects(3) = [character(len=12) :: 'gravity', 'pressure', 'anti_locking']
-   real(wp), parameter :: least_tolerance = 1.0e-12_wp, largest_tolerance = 1.0e-2_wp
+   real(wp), parameter :: min_tolerance = 1.0e-12_wp, largest_tolerance = 1.0e-2_wp
    character(len=*), parameter :: no_inertia = ': not with &quasi_static from the start, which has no '// &
                                   'inertia; leave it out, or take mode=''newmark'' or a later from'
 
@@ -35,7 +35,7 @@ contains
          call group%get('to', spec%to, above(0.0_wp, 's'))
       if (spec%to <= spec%from) call group%refuse('to', 'must be above from')
       call group%get('ramp', spec%ramp, at_least(0.0_wp, 's'))
-      call group%get('tolerance', spec%tolerance, at_least(least_tolerance, '', at_most=largest_tolerance))
+      call group%get('tolerance', spec%tolerance, at_least(min_tolerance, '', at_most=largest_tolerance))
       call group%get('creep_limit', spec%creep_limit, above(0.0_wp, '', at_most=0.5_wp))
       call group%get('stabilisation', spec%stabilisation, at_least(0.0_wp, '', at_most=1.0_wp))
       call group%get('iterations', spec%iterations)

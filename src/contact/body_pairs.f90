@@ -48,7 +48,7 @@ module m_body_pairs
       procedure :: declare
       procedure :: active
       procedure :: adheres
-      procedure :: rubs
+      procedure :: is_frictional
       procedure :: begin
       procedure :: find
       procedure :: forbid
@@ -94,10 +94,10 @@ contains
    end function adheres
 
    !> True when some pair has tangential forces.
-   pure logical function rubs(self)
+   pure logical function is_frictional(self)
       class(body_pairs_t), intent(in) :: self
-      rubs = any(has_friction(self%specs%friction)) .or. any(self%specs%bond_strength > 0.0_wp)
-   end function rubs
+      is_frictional = any(has_friction(self%specs%friction)) .or. any(self%specs%bond_strength > 0.0_wp)
+   end function is_frictional
 
    !> What the last step's forces were at each element: where the next solve starts from. The elements
    !> themselves have been declared.
@@ -119,7 +119,7 @@ contains
             call table%declare('surface_bond_'//to_text(e), 4, '1', written=.false.)
             self%at%bond(e) = table%column('surface_bond_'//to_text(e))
          end if
-         if (.not. self%rubs()) cycle
+         if (.not. self%is_frictional()) cycle
          call table%declare('surface_friction_'//to_text(e), 3, 'Pa', written=.false.)
          self%at%friction(e) = table%column('surface_friction_'//to_text(e))
       end do
@@ -214,7 +214,7 @@ contains
       left = 0.0_wp
       if (spec%bond_strength > 0.0_wp) left = level%blocks(c%block)%particles%column(c%particle, &
             self%at%bond(element))
-      call find_adhesion(spec, c%gap, c%area, left, c%pull, c%grip)
+      call find_adhesion(spec, c%gap, c%area, left, c%adhesive_tension, c%shear_strength)
    end subroutine set_adhesion
 
    !> Collective among near ranks, when all bodies are filled: what overlaps and may be kept so; what is
@@ -328,7 +328,7 @@ contains
          c%speed = dot_product(c%normal, point_velocity(level, c))
          call self%set_adhesion(level, self%specs(pair), partner%element, c)
          if (c%gap + time_step*(c%speed - dot_product(c%normal, c%opposite)) > margin*element%edge &
-             .and. .not. (c%carried .or. c%pull > 0.0_wp)) return
+             .and. .not. (c%carried .or. c%adhesive_tension > 0.0_wp)) return
       end associate
       call candidates%add_pair(c, partner)
    end subroutine make_candidate

@@ -339,7 +339,7 @@ contains
       associate (new => self%list(self%count))
          new = c
          new%partner = self%paired
-         if (.not. (c%has_friction .or. c%grip > 0.0_wp)) return
+         if (.not. (c%has_friction .or. c%shear_strength > 0.0_wp)) return
          self%frictional = self%frictional + 1
          new%frictional = self%frictional
          new%tangent = tangents(c%normal)

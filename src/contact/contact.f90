@@ -74,8 +74,8 @@ module m_contact
    end type contact_t
 
    real(wp), parameter :: far_above = 100.0_wp !< times the tolerance: a fault in so many steps running:
-   integer, parameter :: most_unsolved = 10
-   integer, parameter :: most_sweeps = 50         !< over normal forces and friction in a step
+   integer, parameter :: max_unsolved = 10
+   integer, parameter :: max_sweeps = 50         !< over normal forces and friction in a step
    integer, parameter :: products = 20 !< of the problem of friction, for each iteration that the other is
                                        !< allowed
 
@@ -94,7 +94,7 @@ contains
       end do
       self%spec = scene%contact
       call self%pairs%build(scene)
-      self%friction%present = any(has_friction(scene%tools%friction)) .or. self%pairs%rubs()
+      self%friction%present = any(has_friction(scene%tools%friction)) .or. self%pairs%is_frictional()
    end subroutine build
 
    !> The fields that contact adds; they are also where the next solve starts from.
@@ -151,7 +151,7 @@ contains
                if (it%frictional > 0) forces(last - 1:last) = it%tangential_force
             end associate
          end do
-         if (self%pairs%rubs()) &
+         if (self%pairs%is_frictional()) &
             call find_slip(self%candidates, self%pairs%first, self%system, level, forces)
          call move_nodes(self%system, level, time_step, forces)
          if (self%strains_apart) then
@@ -186,16 +186,16 @@ contains
       type(level_t), intent(inout) :: level
       real(wp), intent(in) :: time_step
       type(error_t), intent(inout) :: error
-      real(wp), dimension(self%candidates%count) :: b, x, w, pull
+      real(wp), dimension(self%candidates%count) :: b, x, w, limit
       integer :: iterations
       logical :: settled
       call self%system%activate(1, self%candidates%count)
       call self%pose(level, time_step, b, x, error)
-      call self%add_adhesion(b, x, pull)
+      call self%add_adhesion(b, x, limit)
       settled = .true.
       self%step_residual = 0.0_wp
       if (self%friction%present) then
-         call self%sweep(level, pull, b, x, settled)
+         call self%sweep(level, limit, b, x, settled)
       else
          call self%solve_normal(b, x, iterations)
       end if
@@ -208,19 +208,19 @@ contains
 
    !> Adhesion bears a tension up to a limit. The unknowns become forces above that limit, which are not below
    !> 0 (theory.md, eq. adhesion); what the limit itself does to the points goes to the right-hand side.
-   subroutine add_adhesion(self, b, x, pull)
+   subroutine add_adhesion(self, b, x, limit)
       class(contact_t), intent(inout) :: self
       real(wp), intent(inout) :: b(:), x(:)
-      real(wp), intent(out) :: pull(:) !< scaled
-      real(wp) :: pulled(size(pull))
-      pull = 0.0_wp
+      real(wp), intent(out) :: limit(:) !< scaled
+      real(wp) :: pulled(size(limit))
+      limit = 0.0_wp
       if (.not. self%pairs%adheres()) return
-      associate (scale => self%system%scale(:size(pull)))
-         where (scale > 0.0_wp) pull = self%candidates%list(:size(pull))%pull/scale
+      associate (scale => self%system%scale(:size(limit)))
+         where (scale > 0.0_wp) limit = self%candidates%list(:size(limit))%adhesive_tension/scale
       end associate
-      call self%system%multiply(pull, pulled)
+      call self%system%multiply(limit, pulled)
       b = b + pulled
-      x = max(0.0_wp, x + pull)
+      x = max(0.0_wp, x + limit)
    end subroutine add_adhesion
 
    !> The problem of the normal forces, scaled: its right-hand side, and the forces to start from.
@@ -259,7 +259,7 @@ contains
          associate (it => self%candidates%list(c), scale => self%system%scale(c), &
                     first => self%candidates%traction, &
                     column => level%blocks(self%candidates%list(c)%block)%particles%column)
-            it%force = x(c)*scale - it%pull
+            it%force = x(c)*scale - it%adhesive_tension
             gap = 0.0_wp
             if (scale > 0.0_wp) gap = max(0.0_wp, (w(c) - b(c))/scale*time_step)
             if (it%force > 0.0_wp) self%worst_bridge = max(self%worst_bridge, &
@@ -333,11 +333,11 @@ contains
       character(len=:), allocatable :: limit
       self%unsolved_in_row = merge(self%unsolved_in_row + 1, 0_i8, &
                                    self%step_residual > far_above*self%spec%tolerance)
-      if (self%step_residual <= hopeless_residual .and. self%unsolved_in_row < most_unsolved) return
+      if (self%step_residual <= hopeless_residual .and. self%unsolved_in_row < max_unsolved) return
       limit = to_text(hopeless_residual)//' is allowed'
       if (self%step_residual <= hopeless_residual) &
          limit = to_text(far_above)//' times the tolerance, '//to_text(self%spec%tolerance)// &
-                 ', is allowed in '//to_text(most_unsolved)//' steps running'
+                 ', is allowed in '//to_text(max_unsolved)//' steps running'
       off = merge(abs(w - b), max(0.0_wp, b - w), x > 0.0_wp)
       worst = maxval([-1.0_wp, off])
       if (worst >= self%system%communicator%maximum(worst) .and. size(off) > 0) &
@@ -352,10 +352,10 @@ contains
    !> Normal forces with the friction held, and friction with the normal forces held, in turn until the normal
    !> problem is solved with the friction that belongs to it (theory.md, eq. friction-sweeps). On return b
    !> holds what the friction does to it.
-   subroutine sweep(self, level, pull, b, x, settled)
+   subroutine sweep(self, level, limit, b, x, settled)
       class(contact_t), intent(inout) :: self
       type(level_t), intent(in) :: level
-      real(wp), intent(in) :: pull(:) !< of adhesion, scaled: forces are x less this
+      real(wp), intent(in) :: limit(:) !< of adhesion, scaled: forces are x less this
       real(wp), intent(inout) :: b(:), x(:)
       logical, intent(out) :: settled !< in as many rounds as are allowed
       real(wp) :: free(size(b)), dragged(size(b)), residual
@@ -366,7 +366,7 @@ contains
       free = b
       associate (list => self%candidates%list(:n), scale => self%system%scale)
          call self%friction%begin(self%system, list, level)
-         do round = 1, most_sweeps
+         do round = 1, max_sweeps
             call self%system%respond([n + 1, rows], self%friction%force, [1, n], dragged)
             b = free - dragged
             call self%solve_normal(b, x, iterations)
@@ -378,7 +378,7 @@ contains
                radius(list(c)%frictional) = merge(list(c)%limit/max(scale(n + 2*list(c)%frictional), &
                   tiny(1.0_wp)), 0.0_wp, scale(n + 2*list(c)%frictional) > 0.0_wp)
             end do
-            call self%system%respond([1, n], x - pull, [n + 1, rows], pushed)
+            call self%system%respond([1, n], x - limit, [n + 1, rows], pushed)
             call self%friction%solve(self%system, radius, pushed, self%spec%tolerance, &
                                      products*self%spec%max_iterations, residual)
             call self%check_convergence(residual, to_text(products*self%spec%max_iterations)// &
@@ -386,7 +386,7 @@ contains
             if (.not. self%step_residual <= hopeless_residual) exit
          end do
          call self%system%activate(1, n)
-         settled = round <= most_sweeps
+         settled = round <= max_sweeps
          call self%friction%hand_out(self%system, list)
       end associate
    end subroutine sweep
@@ -419,11 +419,11 @@ contains
       integer :: t
       call add_up(communicator, self%reactions, self%states%overlap)
       do t = 1, size(self%tools)
-         associate (tool => self%tools(t), reaction => self%reactions(t))
+         associate (tool => self%tools(t), now => self%reactions(t))
             velocity = tool%velocity
             spin = tool%spin
-            call tool%react(reaction%load, reaction%moment, time_step)
-            call self%states(t)%book(reaction, tool, tool%velocity - velocity, tool%spin - spin, time_step)
+            call tool%react(now%load, now%moment, time_step)
+            call self%states(t)%accumulate(now, tool, tool%velocity - velocity, tool%spin - spin, time_step)
          end associate
       end do
       if (self%pairs%active()) call self%pairs%add_up(communicator)

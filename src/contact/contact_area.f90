@@ -42,7 +42,7 @@ module m_contact_area
                                            !< more,
    real(wp), parameter :: hovers = 0.25_wp !< edges: and whose gap is smaller, is in contact
    integer, parameter :: per_edge = 4       !< the area is counted in squares of 1/4 edge
-   real(wp), parameter :: most_squares = 4.0e6_wp
+   real(wp), parameter :: max_square = 4.0e6_wp
    integer, parameter :: point_reals = storage_size(surface_point_t())/storage_size(1.0_wp)
 
 contains
@@ -159,7 +159,7 @@ contains
                   end associate
                   ! from there back along the axis, beyond all gaps that are looked at
                   back = column(near(n), x:x + 2) - 2.0_wp*reach*tool%spec%axis
-                  found(count)%beside = tool%most_gap(back)
+                  found(count)%beside = tool%max_gap(back)
                   if (.not. found(count)%beside > 0.0_wp) cycle
                   found(count)%place = matmul(column(near(n), x:x + 2), across) ! it counts by `beside` alone
                   call tool%gap_and_normal(back, found(count)%beside, normal)
@@ -351,7 +351,7 @@ contains
       edge = sum(points%edge, mask=in_contact)/count(in_contact)
       low = [minval(points%place(1), mask=in_contact), minval(points%place(2), mask=in_contact)] - edge
       high = [maxval(points%place(1), mask=in_contact), maxval(points%place(2), mask=in_contact)] + edge
-      width = max(edge/per_edge, sqrt(product(high - low)/most_squares))
+      width = max(edge/per_edge, sqrt(product(high - low)/max_square))
       squares_along = ceiling((high - low)/width)
       n = 0
       do j = rank, squares_along(2) - 1, ranks

@@ -17,7 +17,7 @@ module m_contact_outline
    real(wp), parameter :: steps_of_angle = 1.0e12_wp !< a radian: keys of the sort are whole numbers
    real(wp), parameter :: near = 1.0e-6_wp  !< cells: so near the tool's surface is reached
    real(wp), parameter :: far = 100.0_wp    !< cells: no part of a tool is so far ahead of its point
-   integer, parameter :: most_steps = 1000  !< towards it
+   integer, parameter :: max_steps = 1000  !< towards it
 
 contains
 
@@ -90,7 +90,7 @@ contains
       integer :: step
       associate (axis => tool%spec%axis)
          point = place + (dot_product(tool%point - place, axis) + far*cell)*axis
-         do step = 1, most_steps
+         do step = 1, max_steps
             call tool%gap_and_normal(point, gap, normal)
             if (gap < near*cell) return
             point = point - gap*axis

@@ -37,8 +37,8 @@ module m_contact_point
       real(wp) :: mass = 1.0_wp  !< kg
       real(wp) :: force = 0.0_wp !< N
       real(wp) :: opening = 0.0_wp !< speed at which its gap opens with that force, m/s
-      real(wp) :: pull = 0.0_wp  !< largest tension that adhesion bears, N
-      real(wp) :: grip = 0.0_wp  !< tangential force that it bears besides friction, N
+      real(wp) :: adhesive_tension = 0.0_wp  !< largest tension that adhesion bears, N
+      real(wp) :: shear_strength = 0.0_wp  !< tangential force that it bears besides friction, N
       integer :: pair = 0           !< of contact groups, between bodies
       logical :: has_friction = .false.
       real(wp) :: limit = 0.0_wp    !< the largest friction that it bears with its force, N

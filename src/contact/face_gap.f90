@@ -86,10 +86,10 @@ contains
       if (level%layout%half_sizes) then
          way = thickest(level)
       else if (deform(level)) then
-         way = level%most_thickness(values)
+         way = level%max_thickness(values)
       else
          way = 2.0_wp*values(level%layout%half_size)
-         way = min(way/max(tool%spec%penetration_factor, 0.1_wp), way*law%most_stretch(values, level%layout))
+         way = min(way/max(tool%spec%penetration_factor, 0.1_wp), way*law%max_stretch(values, level%layout))
       end if
       way = tool%spec%penetration_factor*way
    end function farthest_face
@@ -116,7 +116,7 @@ contains
       type(tool_t), intent(in) :: tool
       type(level_t), intent(in) :: level
       type(block_t), intent(in) :: block
-      near_tool = tool%least_gap(block%origin + 0.5_wp*(block_size - 1)*level%grid%cell) &
+      near_tool = tool%min_gap(block%origin + 0.5_wp*(block_size - 1)*level%grid%cell) &
                   <= (0.5_wp*block_size*sqrt(3.0_wp) + fastest)*level%grid%cell + thickest(level)
    end function near_tool
 
@@ -133,7 +133,7 @@ contains
       do n = 0, size(is_far) - 1 ! eight bins together
          group = [mod(n, block_size/2), mod(n/(block_size/2), block_size/2), n/(block_size/2)**2]
          is_far(group(1), group(2), group(3)) &
-            = tool%least_gap(block%origin + (2*group + 0.5_wp)*level%grid%cell) &
+            = tool%min_gap(block%origin + (2*group + 0.5_wp)*level%grid%cell) &
               > farthest + sqrt(3.0_wp)*level%grid%cell
       end do
       n = 0
@@ -142,7 +142,7 @@ contains
          if (p == 0) cycle
          group = bin_place(cell)/2
          if (is_far(group(1), group(2), group(3))) cycle
-         if (tool%least_gap(block%origin + bin_place(cell)*level%grid%cell) &
+         if (tool%min_gap(block%origin + bin_place(cell)*level%grid%cell) &
              > farthest + 0.5_wp*sqrt(3.0_wp)*level%grid%cell) cycle ! not where it is not a number
          do while (p > 0)
             n = n + 1

@@ -19,7 +19,7 @@ contains
       if (c%tool > 0) then
          limit = tools(c%tool)%spec%friction%limit(pressing, c%area)
       else ! both sides of the contact have points: each bears half
-         limit = pairs(c%pair)%friction%limit(pressing, 0.5_wp*c%area) + c%grip
+         limit = pairs(c%pair)%friction%limit(pressing, 0.5_wp*c%area) + c%shear_strength
       end if
    end function friction_limit
 

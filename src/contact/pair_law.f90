@@ -34,18 +34,18 @@ contains
 
    !> The tension that adhesion bears at a point, and what it bears along the surface besides friction. Both
    !> sides of the contact have points: each bears half.
-   pure subroutine find_adhesion(spec, gap, area, left, pull, grip)
+   pure subroutine find_adhesion(spec, gap, area, left, adhesive_tension, shear_strength)
       type(body_contact_spec_t), intent(in) :: spec
       real(wp), intent(in) :: gap, area  !< m, m2
       real(wp), intent(in) :: left       !< share of the bond's strength
-      real(wp), intent(out) :: pull, grip !< N
-      pull = 0.0_wp
-      grip = 0.0_wp
+      real(wp), intent(out) :: adhesive_tension, shear_strength !< N
+      adhesive_tension = 0.0_wp
+      shear_strength = 0.0_wp
       if (spec%bond_strength > 0.0_wp) then
-         pull = 0.5_wp*left*spec%bond_strength*area
-         grip = pull
+         adhesive_tension = 0.5_wp*left*spec%bond_strength*area
+         shear_strength = adhesive_tension
       else if (spec%adhesion > 0.0_wp .and. gap < spec%cohesive_range) then
-         pull = 0.5_wp*spec%adhesion/spec%cohesive_range*area
+         adhesive_tension = 0.5_wp*spec%adhesion/spec%cohesive_range*area
       end if
    end subroutine find_adhesion
 

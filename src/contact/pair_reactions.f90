@@ -108,14 +108,14 @@ contains
                     law => materials%slots(materials%of_body(particles%body(p)))%law)
             column(p, own) = column(p, own) + c%force/c%area
             column(p, pressure) = column(p, pressure) + c%force/c%area
-            if (abs(c%force) > 0.0_wp .or. c%carried .or. c%pull > 0.0_wp) &
+            if (abs(c%force) > 0.0_wp .or. c%carried .or. c%adhesive_tension > 0.0_wp) &
                column(p, gap:gap + 1) = [c%gap - c%allowed + time_step*c%opening, real(partner%field, wp)]
             if (c%frictional > 0) then
                column(p, friction:friction + 2) = column(p, friction:friction + 2) &
                                                   + matmul(c%tangent, c%tangential_force)/c%area
                call law%take_heat(column(p, :), level%layout, heat_of(c, partner, time_step))
             end if
-            if (c%pull > 0.0_wp .and. bond > 0) &
+            if (c%adhesive_tension > 0.0_wp .and. bond > 0) &
                call weaken(column(p, bond:bond + 3), spec, c%gap + time_step*c%opening, &
                            time_step*matmul(c%tangent, partner%slip))
          end associate
@@ -138,8 +138,8 @@ contains
       state%force = state%force + side*force_of(c)
       state%moment = state%moment + side*cross(partner%point, force_of(c))
       state%heat = state%heat + heat_of(c, partner, time_step)
-      state%work = state%work + time_step*(c%force + c%pull)*c%opening
-      state%parting = state%parting + time_step*c%pull*c%opening
+      state%work = state%work + time_step*(c%force + c%adhesive_tension)*c%opening
+      state%parting = state%parting + time_step*c%adhesive_tension*c%opening
       state%pressed = state%pressed + time_step*c%force*press_rate(spec, time)*overlap
       ! also of points that press nothing: others beside them do
       if (c%gap + time_step*c%opening <= overlap_rate*sqrt(c%area)) state%area = state%area + 0.5_wp*c%area

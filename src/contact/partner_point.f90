@@ -14,12 +14,12 @@ module m_partner_point
    private
    public :: place_partner, want_nodes, take_mass, mean_velocity, cap
 
-   real(wp), parameter :: most_weight = 1.5_wp !< of a node, in the root of its mass over the particle's: one
+   real(wp), parameter :: max_weight = 1.5_wp !< of a node, in the root of its mass over the particle's: one
                                                !< of hardly any mass gets hardly any force
    real(wp), parameter :: hair = 1.0e-6_wp !< of the weights: a face so near to a plane of nodes is on it. The
                                            !< node beyond has a weight and a mass of round-off, and these make
                                            !< any compliance
-   real(wp), parameter :: least_held = 0.2_wp  !< of the weights that must be left
+   real(wp), parameter :: min_held = 0.2_wp  !< of the weights that must be left
 
 contains
 
@@ -115,9 +115,9 @@ contains
       n = face%last
       associate (weight => face%weight(0:n, 0:n, 0:n))
          where (weight < hair) weight = 0.0_wp
-         weight = min(weight, most_weight*sqrt(mass(0:n, 0:n, 0:n)/particle_mass))
+         weight = min(weight, max_weight*sqrt(mass(0:n, 0:n, 0:n)/particle_mass))
          total = sum(weight)
-         held = total > least_held
+         held = total > min_held
          if (held) weight = weight/total
       end associate
    end subroutine cap

@@ -13,7 +13,7 @@ module m_surface_elements
    use m_half_edges, only: fitted_edges
    use m_face_gap, only: deform
    use m_face_weights, only: find_face, cube_span, flattening
-   use m_surface, only: most_elements, area_name, arm_name
+   use m_surface, only: max_elements, area_name, arm_name
    implicit none
    private
    public :: element_t, surface_elements_t, surface_columns_t, find_columns, share_at
@@ -40,11 +40,11 @@ module m_surface_elements
    !> Columns of the elements that a particle carries.
    type :: surface_columns_t
       integer :: elements = 0 !< that a particle may have
-      integer, dimension(most_elements) :: area = 0, arm = 0, pressure = 0, friction = 0
-      integer, dimension(most_elements) :: gap = 0     !< that the last step has left, and the field that it
+      integer, dimension(max_elements) :: area = 0, arm = 0, pressure = 0, friction = 0
+      integer, dimension(max_elements) :: gap = 0     !< that the last step has left, and the field that it
                                                        !< is to
-      integer, dimension(most_elements) :: overlap = 0 !< at the start
-      integer, dimension(most_elements) :: bond = 0    !< share of its strength that is left; then how far it
+      integer, dimension(max_elements) :: overlap = 0 !< at the start
+      integer, dimension(max_elements) :: bond = 0    !< share of its strength that is left; then how far it
                                                        !< has slipped, a vector
    end type surface_columns_t
 
@@ -77,7 +77,7 @@ contains
    type(surface_columns_t) function find_columns(table) result(at)
       type(field_table_t), intent(in) :: table
       integer :: e
-      do e = 1, most_elements
+      do e = 1, max_elements
          if (table%column(area_name(e)) == 0) exit
          at%elements = e
          at%area(e) = table%column(area_name(e))

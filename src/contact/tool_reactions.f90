@@ -28,7 +28,7 @@ module m_tool_reactions
                                          !< less heat
       real(wp) :: impulse(3) = 0.0_wp   !< given to the bodies since the start, N s
    contains
-      procedure :: book
+      procedure :: accumulate
    end type tool_state_t
 
    !> What the candidates of a step do to one tool: numbers alone, for they are added up over the ranks as
@@ -37,7 +37,7 @@ module m_tool_reactions
       sequence
       real(wp) :: load(3) = 0.0_wp         !< on the tool, N
       real(wp) :: moment(3) = 0.0_wp       !< on the tool about its point, N m
-      real(wp) :: rub(3) = 0.0_wp          !< friction on the body, N
+      real(wp) :: friction_force(3) = 0.0_wp          !< friction on the body, N
       real(wp) :: rub_moment(3) = 0.0_wp   !< the same about the tool's point, N m
       real(wp) :: heat = 0.0_wp            !< J
       real(wp) :: particle_work = 0.0_wp   !< J
@@ -70,7 +70,7 @@ contains
             if (it%frictional == 0) cycle
             tangential = matmul(it%tangent, it%tangential_force)
             sums%load = sums%load - tangential
-            sums%rub = sums%rub + tangential
+            sums%friction_force = sums%friction_force + tangential
             sums%rub_moment = sums%rub_moment + cross(arm, tangential)
             sums%moment = sums%moment - cross(arm, tangential)
             sums%heat = sums%heat - time_step*dot_product(tangential, point_velocity(level, it) &
@@ -89,7 +89,7 @@ contains
       do t = 1, size(reactions)
          reactions(t)%load(:2) = 0.0_wp
          reactions(t)%moment = 0.0_wp
-         reactions(t)%rub(:2) = 0.0_wp
+         reactions(t)%friction_force(:2) = 0.0_wp
          reactions(t)%rub_moment = 0.0_wp
       end do
    end subroutine close_ring
@@ -127,7 +127,7 @@ contains
    end subroutine add_up
 
    !> Book the reaction of a step, of all ranks, on a tool that has given way to it.
-   pure subroutine book(self, reaction, tool, velocity_change, spin_change, time_step)
+   pure subroutine accumulate(self, reaction, tool, velocity_change, spin_change, time_step)
       class(tool_state_t), intent(inout) :: self
       type(reaction_t), intent(in) :: reaction
       type(tool_t), intent(in) :: tool
@@ -135,13 +135,14 @@ contains
       real(wp), intent(in) :: time_step   !< s
       self%load = reaction%load
       self%moment = reaction%moment
-      self%heat = self%heat + reaction%heat + time_step*(dot_product(reaction%rub, velocity_change) &
-                                                         + dot_product(reaction%rub_moment, spin_change))
+      self%heat = self%heat + reaction%heat &
+                  + time_step*(dot_product(reaction%friction_force, velocity_change) &
+                               + dot_product(reaction%rub_moment, spin_change))
       self%particle_work = self%particle_work + reaction%particle_work
       self%constraint_work = self%constraint_work + reaction%constraint_work
       self%work = self%work - time_step*dot_product(self%load, tool%velocity)
       if (tool%pivot > 0) self%work = self%work - time_step*dot_product(self%moment, tool%spin)
       self%impulse = self%impulse - time_step*self%load
-   end subroutine book
+   end subroutine accumulate
 
 end module m_tool_reactions

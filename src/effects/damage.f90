@@ -21,7 +21,7 @@ module m_damage
    private
    public :: damage_t
 
-   real(wp), parameter :: most_triaxial = 1.0e3_wp !< mean over von Mises stress: as good as no shear
+   real(wp), parameter :: max_triaxiality = 1.0e3_wp !< mean over von Mises stress: as good as no shear
 
    !> What the effect knows of a body's material.
    type :: stuff_t
@@ -176,7 +176,7 @@ contains
                            + (column(p, s + 2) - mean)**2) &
                    + 3.0_wp*(column(p, s + 3)**2 + column(p, s + 4)**2 + column(p, s + 5)**2))
       associate (d => self%constants)
-         triaxiality = acting/max(mises, abs(acting)/most_triaxial, tiny(mises))
+         triaxiality = acting/max(mises, abs(acting)/max_triaxiality, tiny(mises))
          ductility = d(1) + d(2)*exp(min(d(3)*triaxiality, 300.0_wp))
          ductility = ductility*(1.0_wp + d(4)*log(max(1.0_wp, grown/(time_step*self%reference_rate))))
          warmth = 0.0_wp

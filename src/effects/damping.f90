@@ -32,7 +32,7 @@ module m_damping
       procedure :: hooks
       procedure :: verify
       procedure :: longest_step
-      procedure :: rests_at
+      procedure :: null_space_damping
       procedure :: dissipated
       procedure :: on_nodes
    end type damping_t
@@ -83,12 +83,12 @@ contains
    end function longest_step
 
    !> Local damping takes a share of each mode in a period of it; what nodes do not see lives within a cell.
-   pure real(wp) function rests_at(self, crossings)
+   pure real(wp) function null_space_damping(self, crossings)
       class(damping_t), intent(in) :: self
       real(wp), intent(in) :: crossings
-      rests_at = self%coefficient
-      if (self%kind == kind_local) rests_at = self%coefficient*crossings
-   end function rests_at
+      null_space_damping = self%coefficient
+      if (self%kind == kind_local) null_space_damping = self%coefficient*crossings
+   end function null_space_damping
 
    pure real(wp) function dissipated(self, column, first, last)
       class(damping_t), intent(in) :: self

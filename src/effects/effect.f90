@@ -46,7 +46,7 @@ module m_effect
       procedure :: verify
       procedure :: wave_factor
       procedure :: longest_step
-      procedure :: rests_at
+      procedure :: null_space_damping
       procedure :: change_step
       procedure :: turning_times
       procedure :: dissipated
@@ -163,12 +163,12 @@ contains
    !> Rate (1/s) at which the effect brings that part of the particles' velocities to rest that nodes do not
    !> see, 0 for none. Such an effect must declare the field unseen_heat, where the step puts the energy that
    !> this takes.
-   pure real(wp) function rests_at(self, crossings)
+   pure real(wp) function null_space_damping(self, crossings)
       class(effect_t), intent(in) :: self
       real(wp), intent(in) :: crossings !< cells of the finest level that the fastest wave crosses in a
                                         !< second, 1/s
-      rests_at = 0.0_wp
-   end function rests_at
+      null_space_damping = 0.0_wp
+   end function null_space_damping
 
    !> Energy (J) that the effect has taken out of particles first..last so far, other than through nodes (the
    !> model measures that).

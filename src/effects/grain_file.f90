@@ -29,7 +29,7 @@ module m_grain_file
    integer, parameter :: longest_hdf5 = 2*1024*1024*1024 - 1024 !< bytes
    character(len=*), parameter :: form = &
       'orientations (grains, 3) and positions (grains, 3) or grain (along z, y, x)'
-   integer(i8), parameter :: most_values = 2_i8**28           !< of a dataset
+   integer(i8), parameter :: max_values = 2_i8**28           !< of a dataset
 
 contains
 
@@ -182,7 +182,7 @@ contains
          allocate (extent(dimensions), source=0_hsize_t)
          if (rank == dimensions) call h5sget_simple_extent_dims_f(space, extent, most, status)
          call h5sclose_f(space, ignored)
-         opened = rank == dimensions .and. product(real(extent, wp)) <= real(most_values, wp)
+         opened = rank == dimensions .and. product(real(extent, wp)) <= real(max_values, wp)
          if (.not. opened) fault = 'has a dataset '''//name//''' of another form: '//form
          if (.not. opened) call h5dclose_f(data, ignored)
       end function opened

@@ -24,7 +24,7 @@ module m_grains
    character(len=7), parameter :: angle_words(2) = ['degrees', 'radians']
    integer, parameter :: in_degrees = 1, in_radians = 2
    integer, parameter :: enough = 4 !< grains of which one has an angle above 2 pi, were they in degrees
-   real(wp), parameter :: most_apart = 1000.0_wp !< seeds from each other, in widths of the box
+   real(wp), parameter :: max_separation = 1000.0_wp !< seeds from each other, in widths of the box
    integer(i8), parameter :: prime = 2147483647_i8 !< 2^31 - 1
 
    type, extends(effect_t) :: grains_t
@@ -155,7 +155,7 @@ contains
       end do
       apart = maxval(high - low)/real(count, wp)**(1.0_wp/3.0_wp)
       width = maxval(self%upper - self%lower)
-      if (apart <= most_apart*width .and. maxval(high - low)*most_apart >= width) return
+      if (apart <= max_separation*width .and. maxval(high - low)*max_separation >= width) return
       call group%refuse(trim(merge('file     ', 'positions', group%is_given('file'))), &
                         'the seeds lie from '//place(low)//' to '//place(high)//' m, the box from '// &
                         place(self%lower)//' to '//place(self%upper)//' m; allowed: seeds in m, before '// &

@@ -14,7 +14,7 @@ module m_pressure
    use m_field_table, only: field_table_t, layout_t
    use m_particle_store, only: particle_store_t
    use m_shape, only: shape_t
-   use m_cut_cell, only: cells_of_particle, find_surface, most_cells
+   use m_cut_cell, only: cells_of_particle, find_surface, cell_limit
    use m_block, only: block_t
    use m_level, only: level_t
    use m_stencil, only: bin_place
@@ -141,7 +141,7 @@ contains
       real(wp), intent(in) :: cells(:, :)
       type(layout_t), intent(in) :: layout
       type(grid_level_t), intent(in) :: grid
-      real(wp) :: middle(3), area(3), size_of, weighted(3), places(3, most_cells)
+      real(wp) :: middle(3), area(3), size_of, weighted(3), places(3, cell_limit)
       integer :: c, count, p
       if (.not. self%is_box()) return
       do p = 1, size(cells, 2)

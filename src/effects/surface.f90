@@ -15,16 +15,16 @@ module m_surface
    use m_effect, only: effect_t, hooks_t
    implicit none
    private
-   public :: surface_t, make_surface, most_elements, area_name, arm_name
+   public :: surface_t, make_surface, max_elements, area_name, arm_name
 
-   integer, parameter :: most_elements = 6 !< of a particle: one a side
+   integer, parameter :: max_elements = 6 !< of a particle: one a side
    integer, parameter :: few_elements = 3 !< of the corner of a box, a sphere or a cylinder that is two
                                           !< particles thick or more
    real(wp), parameter :: one_element = 0.7_wp !< cosine: the surface at two sides of a particle bends by less
    real(wp), parameter :: farthest = 1.5_wp !< that a surface is looked for from a particle, in its edges
    integer, parameter :: steps = 24 !< along a direction, until one of them ends outside
    real(wp), parameter :: near = 1.0e-9_wp !< enough to the surface, in particle edges
-   integer, parameter :: most_turns = 20 !< of a normal towards that at the foot
+   integer, parameter :: max_rotations = 20 !< of a normal towards that at the foot
    real(wp), parameter :: smooth = 0.2_wp  !< it does not turn by more on a smooth surface
    real(wp), parameter :: same = 1.0e-14_wp !< by which a normal turns that is there
    real(wp), parameter :: just_inside = 1.0e-4_wp !< in particle edges: there the nearest face is that above
@@ -33,7 +33,7 @@ module m_surface
 
    type, extends(effect_t) :: surface_t
       type(body_spec_t), allocatable :: bodies(:)
-      integer :: elements = most_elements !< that a particle may have
+      integer :: elements = max_elements !< that a particle may have
       integer, allocatable :: area(:), arm(:) !< (elements): first columns, m2 and m
    contains
       procedure :: variables
@@ -59,7 +59,7 @@ contains
          call scene%bodies(b)%shape%thinnest(thickness, variable)
          edge = scene%grid%cell_size/nint(real(scene%bodies(b)%particles_per_cell, wp)**(1.0_wp/3.0_wp))
          if (thickness < 1.99_wp*edge .or. scene%bodies(b)%fill == fill_share) &
-            surface%elements = most_elements
+            surface%elements = max_elements
       end do
    end function make_surface
 
@@ -109,7 +109,7 @@ contains
       real(wp), intent(in) :: cells(:, :)
       type(layout_t), intent(in) :: layout
       type(grid_level_t), intent(in) :: grid
-      real(wp) :: area(3, most_elements), arm(3, most_elements)
+      real(wp) :: area(3, max_elements), arm(3, max_elements)
       integer :: e, found, p
       do p = first, particles%count
          associate (column => particles%column, x => layout%position, cell => cells(:, p - first + 1))
@@ -134,8 +134,8 @@ contains
       real(wp), intent(in) :: place(3), edge !< of its place in the lattice, m
       type(grid_level_t), intent(in) :: grid
       integer, intent(out) :: found
-      real(wp), intent(out) :: area(3, most_elements), arm(3, most_elements) !< the largest first
-      real(wp) :: out(3), normal(3), size_of(most_elements), swap(3)
+      real(wp), intent(out) :: area(3, max_elements), arm(3, max_elements) !< the largest first
+      real(wp) :: out(3), normal(3), size_of(max_elements), swap(3)
       integer :: axis, e, k, side
       found = 0
       area = 0.0_wp
@@ -213,7 +213,7 @@ contains
       arm = way*normal
       if (way >= farthest*edge) return
       last = normal
-      do t = 1, most_turns
+      do t = 1, max_rotations
          inside = centre + (way - just_inside*edge)*last
          call shape%distance_and_normal(inside, distance, there)
          if (norm2(there - normal) > smooth .or. norm2(there - last) <= same) exit

@@ -76,7 +76,7 @@ contains
                                                        grid%lower + (high + 2)*grid%cell)) return
       end associate
       call sum_own(model, body, l + 1, 2*low - 1, 2*high + 1, finer)
-      call hand_up(model, finer, box)
+      call restrict_to(model, finer, box)
    end subroutine sum_up
 
    !> Collective: what the particles of a body that live on a level give to the nodes of a box there.
@@ -121,8 +121,8 @@ contains
       box%stresses = parts(:, :, :, :, 2, 1)
    end subroutine sum_own
 
-   !> Add to the nodes of a box what constrained nodes of the next finer level hold (m_edge: hand_up).
-   subroutine hand_up(model, finer, box)
+   !> Add to the nodes of a box what constrained nodes of the next finer level hold (m_edge: restrict_to).
+   subroutine restrict_to(model, finer, box)
       type(model_t), intent(in) :: model
       type(box_t), intent(in) :: finer
       type(box_t), intent(inout) :: box
@@ -153,7 +153,7 @@ contains
             end do
          end do
       end associate
-   end subroutine hand_up
+   end subroutine restrict_to
 
    !> The means of the nodes of a box in the tiles of a block; other nodes have none.
    subroutine set_means(model, box, place, tiles)

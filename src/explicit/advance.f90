@@ -46,7 +46,7 @@ contains
       type(error_t), intent(inout) :: error
       type(clock_t) :: clock
       clock = clock_t(model%time, time_step)
-      model%unseen = model%share_of_unseen(time_step)
+      model%null_space_share = model%share_of_unseen(time_step)
       model%last_step = time_step
       model%bounds = bounds_t()
       if (model%method%stress_update == update_usf) call stress_first(model, clock, error)
@@ -257,7 +257,7 @@ contains
          call composite%collect_change(level)
          call sum_restricted(model, l)
          call composite%correct(model%communicator, level, clock%step, &
-                                model%unseen*model%method%flip_fraction)
+                                model%null_space_share*model%method%flip_fraction)
       end associate
    end subroutine correct
 
@@ -273,7 +273,7 @@ contains
       call model%timers%enter(phase_migration)
       if (blocks_missing) then
          call model%create_blocks()
-         call model%migration(l)%house(model%communicator, model%levels(l))
+         call model%migration(l)%assign_to_blocks(model%communicator, model%levels(l))
       end if
       call model%migration(l)%exchange(model%communicator, model%levels(l), model%exchange(l)%ranks)
       model%particle_steps = model%particle_steps + model%levels(l)%particle_count()
@@ -294,7 +294,7 @@ contains
       real(wp) :: largest(5)
       largest(wave) = model%bounds%wave_speed
       largest(particle) = model%bounds%particle_speed
-      largest(missing) = merge(1.0_wp, 0.0_wp, model%migration(l)%homeless%count > 0)
+      largest(missing) = merge(1.0_wp, 0.0_wp, model%migration(l)%unassigned%count > 0)
       largest(failed) = merge(1.0_wp, 0.0_wp, error%happened())
       largest(requested) = real(model%requested_action, wp)
       call MPI_Allreduce(MPI_IN_PLACE, largest, size(largest), MPI_DOUBLE_PRECISION, MPI_MAX, &

@@ -9,7 +9,7 @@ module m_g2p_stage
    use m_cell_list, only: cell_list_t, bins_at
    use m_model, only: model_t
    use m_migration, only: frame_of
-   use m_complaints, only: report_too_fast, most_cells_a_step
+   use m_complaints, only: report_too_fast, max_cells_a_step
    use m_cell_mean, only: give_to_cells
    use m_g2p_boxes, only: motion_t, fastest_t
    use m_particle_transfer, only: g2p
@@ -28,7 +28,7 @@ contains
       associate (at => model%levels(l)%layout)
          motion = motion_t(time_step, model%method%flip_fraction, &
                            merge(at%next_position, at%position, at%next_position > 0))
-         motion%unseen = model%unseen
+         motion%null_space_share = model%null_space_share
          motion%heat = at%unseen_heat
       end associate
    end function motion_of
@@ -79,7 +79,7 @@ contains
       call find_lag(model, l, b, motion%time_step, lags)
       moves = motion%time_step > 0.0_wp
       fastest%speed = huge(1.0_wp)
-      if (moves) fastest%speed = most_cells_a_step*model%levels(l)%grid%cell/motion%time_step
+      if (moves) fastest%speed = max_cells_a_step*model%levels(l)%grid%cell/motion%time_step
       associate (level => model%levels(l), block => model%levels(l)%blocks(b), &
                  first => model%levels(l)%layout%gradient)
          if (moves .and. model%effect_step(l)%is_loaded(b)) &

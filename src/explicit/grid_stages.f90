@@ -175,7 +175,7 @@ contains
          call model%effect_step(l)%change_nodes(model%effects, model%levels(l), b, clock%time, clock%step, &
                                                 model%composite(l)%constrained(b), model%timers)
          if (.not. kept) return
-         call model%composite(l + 1)%keep_push(b, nodes(a_x:a_z, :, :, :) - before)
+         call model%composite(l + 1)%keep_nodal_force(b, nodes(a_x:a_z, :, :, :) - before)
          do q = mass_, a_z
             where (bare) nodes(q, :, :, :) = 0.0_wp
          end do

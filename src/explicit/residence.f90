@@ -31,9 +31,9 @@ contains
          call merge_siblings(model%levels(l), model%levels(l + 1), b, model%materials, model%stuff, merged, &
                              lost)
          model%merges = model%merges + merged
-         associate (booked => model%lost_in_merging(blocks_before(model%levels, l) &
+         associate (accumulated => model%lost_in_merging(blocks_before(model%levels, l) &
                                                     + model%levels(l)%blocks(b)%index))
-            booked = booked + lost
+            accumulated = accumulated + lost
          end associate
       end do
       call model%levels(l)%size_work()

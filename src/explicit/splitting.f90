@@ -33,7 +33,7 @@ contains
          call split_long(level%blocks(b), level%table, level%layout, level%grid%cell, model%stuff, splits, &
                          worn_out, parent)
          if (worn_out > 0) call fail(error, exit_numerical, particle_text(model, l, b, worn_out)// &
-                                     ' has been split '//to_text(level%layout%most_generations())// &
+                                     ' has been split '//to_text(level%layout%max_generations())// &
             ' times and its domain is too long again: the motion is without bound; try a smaller safety', &
             recoverable=.true.)
          if (splits == 0) return

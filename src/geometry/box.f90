@@ -13,7 +13,7 @@ module m_box
    type, extends(convex_t) :: box_t
       real(wp) :: lower(3) = 0.0_wp !< m
       real(wp) :: upper(3) = 0.0_wp !< m
-      logical :: goes_on = .false.  !< along y, without end: of a section
+      logical :: endless = .false.  !< along y, without end: of a section
    contains
       procedure :: variables
       procedure :: distance_and_normal
@@ -44,7 +44,7 @@ contains
       real(wp) :: from_centre(3), excess(3)
       from_centre = place - 0.5_wp*(self%lower + self%upper)
       excess = abs(from_centre) - 0.5_wp*(self%upper - self%lower)
-      if (self%goes_on) excess(2) = -huge(1.0_wp)
+      if (self%endless) excess(2) = -huge(1.0_wp)
       distance = norm2(max(excess, 0.0_wp)) + min(maxval(excess), 0.0_wp)
       if (distance > 0.0_wp) then
          normal = max(excess, 0.0_wp)/distance
@@ -65,7 +65,7 @@ contains
    pure logical function inside(self, place)
       class(box_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
-      inside = all((place > self%lower .and. place < self%upper) .or. [.false., self%goes_on, .false.])
+      inside = all((place > self%lower .and. place < self%upper) .or. [.false., self%endless, .false.])
    end function inside
 
    pure function lattice_origin(self) result(origin)
@@ -83,7 +83,7 @@ contains
       class(box_t), intent(in) :: self
       real(wp), intent(out) :: thickness
       character(len=:), allocatable, intent(out) :: variable
-      thickness = minval(self%upper - self%lower, mask=[.true., .not. self%goes_on, .true.])
+      thickness = minval(self%upper - self%lower, mask=[.true., .not. self%endless, .true.])
       variable = 'upper'
    end subroutine thinnest
 
@@ -94,7 +94,7 @@ contains
       character(len=:), allocatable, intent(out) :: why
       why = ''
       if (section%is_round() .and. self%lower(1) < 0.0_wp) why = 'must not reach below x=0, the axis'
-      self%goes_on = .true.
+      self%endless = .true.
    end subroutine take_section
 
    pure function place_name(self, down) result(name)

@@ -19,8 +19,8 @@ module m_carved
       procedure :: variables
       procedure :: distance_and_normal
       procedure :: bounding_box
-      procedure :: least_distance
-      procedure :: most_distance
+      procedure :: min_distance
+      procedure :: max_distance
       procedure :: is_searched
       procedure :: inside
       procedure :: volume
@@ -79,7 +79,7 @@ contains
       distance = -huge(distance)
       do c = 1, size(self%cuts)
          if (self%cuts(c)%it%is_searched() .and. distance > -huge(distance)) then
-            if (-self%cuts(c)%it%least_distance(place) <= distance) cycle
+            if (-self%cuts(c)%it%min_distance(place) <= distance) cycle
          end if
          call self%cuts(c)%it%distance_and_normal(place, other, outwards)
          if (-other <= distance) cycle
@@ -87,7 +87,7 @@ contains
          normal = -outwards
       end do
       if (self%whole%is_searched()) then
-         if (self%whole%most_distance(place) <= distance) return
+         if (self%whole%max_distance(place) <= distance) return
       end if
       call self%whole%distance_and_normal(place, other, outwards)
       if (other <= distance) return
@@ -101,25 +101,25 @@ contains
       call self%whole%bounding_box(lower, upper)
    end subroutine bounding_box
 
-   pure real(wp) function least_distance(self, place)
+   pure real(wp) function min_distance(self, place)
       class(carved_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
       integer :: c
-      least_distance = self%whole%least_distance(place)
+      min_distance = self%whole%min_distance(place)
       do c = 1, size(self%cuts)
-         least_distance = max(least_distance, -self%cuts(c)%it%most_distance(place))
+         min_distance = max(min_distance, -self%cuts(c)%it%max_distance(place))
       end do
-   end function least_distance
+   end function min_distance
 
-   pure real(wp) function most_distance(self, place)
+   pure real(wp) function max_distance(self, place)
       class(carved_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
       integer :: c
-      most_distance = self%whole%most_distance(place)
+      max_distance = self%whole%max_distance(place)
       do c = 1, size(self%cuts)
-         most_distance = max(most_distance, -self%cuts(c)%it%least_distance(place))
+         max_distance = max(max_distance, -self%cuts(c)%it%min_distance(place))
       end do
-   end function most_distance
+   end function max_distance
 
    pure logical function is_searched(self)
       class(carved_t), intent(in) :: self

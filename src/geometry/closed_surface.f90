@@ -8,8 +8,8 @@ module m_closed_surface
    private
    public :: closed_surface_t
 
-   integer, parameter :: fewest_cells = 8**3, most_cells = 96**3, cells_a_triangle = 8 !< over its box
-   real(wp), parameter :: most_in_all = 8.0e6_wp !< cells, with those around: of needles and plates
+   integer, parameter :: min_cells = 8**3, cell_limit = 96**3, cells_a_triangle = 8 !< over its box
+   real(wp), parameter :: max_total = 8.0e6_wp !< cells, with those around: of needles and plates
    real(wp), parameter :: known = 0.5_wp !< cells whose distance is known to be more than this share of the
                                          !< last one that was searched for need no search
    integer, parameter :: rim = 8 !< cells around that: what comes near a tool is most often outside its box
@@ -34,8 +34,8 @@ module m_closed_surface
       procedure :: build
       procedure :: distance_and_normal
       procedure :: distance_within
-      procedure :: least_distance
-      procedure :: most_distance
+      procedure :: min_distance
+      procedure :: max_distance
       procedure :: megabytes
       procedure, private :: cell_of
       procedure, private :: judge
@@ -53,9 +53,9 @@ contains
       self%triangles = triangles
       call self%tree%build(triangles)
       call triangles%bounds(self%lower, self%upper)
-      wanted = min(most_cells, max(fewest_cells, cells_a_triangle*triangles%count()))
+      wanted = min(cell_limit, max(min_cells, cells_a_triangle*triangles%count()))
       self%edge = (product(self%upper - self%lower)/wanted)**(1.0_wp/3.0_wp)
-      do while (product((self%upper - self%lower)/self%edge + 1.0_wp + 2*rim) > most_in_all)
+      do while (product((self%upper - self%lower)/self%edge + 1.0_wp + 2*rim) > max_total)
          self%edge = 1.25_wp*self%edge
       end do
       self%cells = ceiling((self%upper - self%lower)/self%edge) + 2*rim
@@ -107,7 +107,7 @@ contains
       integer :: at(3)
       real(wp) :: off
       normal = 0.0_wp
-      distance = self%least_distance(place)
+      distance = self%min_distance(place)
       if (distance >= limit) return
       at = self%cell_of(place)
       off = norm2(place - (self%from + (at - 0.5_wp)*self%edge))
@@ -163,28 +163,28 @@ contains
    end function cell_of
 
    !> The signed distance is not less, m: without a search.
-   pure real(wp) function least_distance(self, place)
+   pure real(wp) function min_distance(self, place)
       class(closed_surface_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
       real(wp) :: off(3)
       integer :: cell(3)
       cell = self%cell_of(place)
       off = place - (self%from + (cell - 0.5_wp)*self%edge)
-      least_distance = self%cell(cell(1), cell(2), cell(3))%least - sqrt(dot_product(off, off))
+      min_distance = self%cell(cell(1), cell(2), cell(3))%least - sqrt(dot_product(off, off))
       off = max(self%lower - place, place - self%upper, 0.0_wp)
-      if (any(off > 0.0_wp)) least_distance = max(least_distance, sqrt(dot_product(off, off)))
-   end function least_distance
+      if (any(off > 0.0_wp)) min_distance = max(min_distance, sqrt(dot_product(off, off)))
+   end function min_distance
 
    !> The signed distance is not more, m: without a search.
-   pure real(wp) function most_distance(self, place)
+   pure real(wp) function max_distance(self, place)
       class(closed_surface_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
       real(wp) :: off(3)
       integer :: cell(3)
       cell = self%cell_of(place)
       off = place - (self%from + (cell - 0.5_wp)*self%edge)
-      most_distance = self%cell(cell(1), cell(2), cell(3))%most + sqrt(dot_product(off, off))
-   end function most_distance
+      max_distance = self%cell(cell(1), cell(2), cell(3))%most + sqrt(dot_product(off, off))
+   end function max_distance
 
    !> Memory.
    pure real(wp) function megabytes(self)

@@ -23,8 +23,8 @@ module m_file_shape
    public :: file_shape_t
 
    integer, parameter :: longest_path = 1000
-   integer, parameter :: most_bytes = 1000000000
-   real(wp), parameter :: most_overlap = 1.0e-3_wp !< of what is inside: what scans have
+   integer, parameter :: max_bytes = 1000000000
+   real(wp), parameter :: max_overlap = 1.0e-3_wp !< of what is inside: what scans have
    integer, parameter :: piece = 1048576 !< bytes of a file whose checksum is taken at once
 
    type, extends(shape_t) :: file_shape_t
@@ -42,8 +42,8 @@ module m_file_shape
       procedure :: file_name
       procedure :: distance_and_normal
       procedure :: distance_within
-      procedure :: least_distance
-      procedure :: most_distance
+      procedure :: min_distance
+      procedure :: max_distance
       procedure :: is_searched
       procedure :: bounding_box
       procedure :: reach
@@ -123,11 +123,11 @@ contains
          fault = 'is a pipe or a device; allowed: a file on the disk'
       end if
       if (fault /= '') return
-      call read_file(path, most_bytes, bytes, good)
+      call read_file(path, max_bytes, bytes, good)
       if (.not. good) then
          fault = 'cannot be read: '//system_reason()
-      else if (len(bytes) > most_bytes) then
-         fault = 'is longer than '//to_text(most_bytes)//' bytes'
+      else if (len(bytes) > max_bytes) then
+         fault = 'is longer than '//to_text(max_bytes)//' bytes'
       else if (len(bytes) == 0) then
          fault = 'is empty'
       end if
@@ -203,7 +203,7 @@ contains
       character(len=:), allocatable, intent(inout) :: fault
       real(wp) :: inside, wrong
       call look_for_overlap(triangles, inside, wrong)
-      if (wrong <= most_overlap*inside) return
+      if (wrong <= max_overlap*inside) return
       fault = 'overlaps itself: of the '//to_text(inside, 3)//' m3 inside it '//to_text(wrong, 3)// &
               ' m3 are inside twice or in a part that is inside out; allowed: parts that do not cut each '// &
               'other, and one in another only as a hollow, whose triangles look inwards; '// &
@@ -263,17 +263,17 @@ contains
       call self%inside_of%distance_within(place, limit, distance, normal)
    end subroutine distance_within
 
-   pure real(wp) function least_distance(self, place)
+   pure real(wp) function min_distance(self, place)
       class(file_shape_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
-      least_distance = self%inside_of%least_distance(place)
-   end function least_distance
+      min_distance = self%inside_of%min_distance(place)
+   end function min_distance
 
-   pure real(wp) function most_distance(self, place)
+   pure real(wp) function max_distance(self, place)
       class(file_shape_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
-      most_distance = self%inside_of%most_distance(place)
-   end function most_distance
+      max_distance = self%inside_of%max_distance(place)
+   end function max_distance
 
    pure logical function is_searched(self)
       class(file_shape_t), intent(in) :: self

@@ -11,7 +11,7 @@ module m_height_checks
    real(wp), parameter :: huge_by_any_unit = 1.0e30_wp
    real(wp), parameter :: stand_ins(6) = [-9999.0_wp, -99999.0_wp, -32768.0_wp, -32767.0_wp, 9999.0_wp, &
                                           99999.0_wp]
-   integer, parameter :: fewest_places = 4
+   integer, parameter :: min_places = 4
 
 contains
 
@@ -49,7 +49,7 @@ contains
       integer :: n, at(2)
       nx = 0
       ny = 0
-      if (size(height, 1) /= 3 .or. size(height, 2) < fewest_places) return
+      if (size(height, 1) /= 3 .or. size(height, 2) < min_places) return
       call list_values(height(1, :), x)
       call list_values(height(2, :), y)
       associate (rows => size(height, 2))

@@ -7,7 +7,7 @@ module m_height_file
    public :: is_hdf5, read_height_file
 
    character(len=*), parameter :: dataset = 'height'
-   integer, parameter :: most_along = 20000 !< heights along an axis
+   integer, parameter :: max_steps_along = 20000 !< heights along an axis
 
 contains
 
@@ -39,7 +39,7 @@ contains
          if (status >= 0) call h5sget_simple_extent_ndims_f(space, rank, status)
          if (rank == 2) then
             call h5sget_simple_extent_dims_f(space, dims, most, status)
-            if (status >= 0 .and. all(dims <= most_along)) then
+            if (status >= 0 .and. all(dims <= max_steps_along)) then
                deallocate (height)
                allocate (height(dims(1), dims(2)))
                call h5dread_f(data, H5T_NATIVE_DOUBLE, height, dims, status)

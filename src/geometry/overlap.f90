@@ -7,7 +7,7 @@ module m_overlap
    public :: overlap, deepest
 
    integer, parameter :: narrowings = 40 !< golden-section steps along each axis: 4e-9 of the width
-   integer, parameter :: most_looks = 100000
+   integer, parameter :: max_checks = 100000
    real(wp), parameter :: finest = 1.0e-3_wp !< of the size of the box that both reach into
    real(wp), parameter :: golden = 0.61803398874989485_wp
 
@@ -59,7 +59,7 @@ contains
       upper = min(upper, upper_tool + place)
       deep = 0.0_wp
       where_it_is = 0.5_wp*(lower + upper)
-      looks = most_looks
+      looks = max_checks
       call look(pair_t(body, tool, place), lower, upper, finest*norm2(upper - lower), &
                 where_it_is, deep, looks)
    end subroutine deepest

@@ -5,9 +5,9 @@ module m_pyramid
    use m_shape, only: convex_t
    implicit none
    private
-   public :: pyramid_t, most_faces
+   public :: pyramid_t, max_faces
 
-   integer, parameter :: most_faces = 12
+   integer, parameter :: max_faces = 12
    real(wp), parameter :: rounding = 1.0e-12_wp !< a foot so little outside a face, relative to its distance
                                                 !< from the tip, is on it
 
@@ -17,8 +17,8 @@ module m_pyramid
       real(wp) :: edge(3) = [1.0_wp, 0.0_wp, 0.0_wp] !< its part across the axis turns the faces about the
                                                      !< axis
       integer, private :: faces = 0
-      real(wp), private :: face(3, most_faces) = 0.0_wp  !< outward normals
-      real(wp), private :: ridge(3, most_faces) = 0.0_wp !< unit vectors from the tip along the edges between
+      real(wp), private :: face(3, max_faces) = 0.0_wp  !< outward normals
+      real(wp), private :: ridge(3, max_faces) = 0.0_wp !< unit vectors from the tip along the edges between
                                                          !< them
    contains
       procedure :: prepare
@@ -75,7 +75,7 @@ contains
       class(pyramid_t), intent(in) :: self
       real(wp), intent(in) :: place(3) !< from the apex, m
       real(wp), intent(out) :: distance, normal(3)
-      real(wp) :: beyond(most_faces), off(3), way
+      real(wp) :: beyond(max_faces), off(3), way
       integer :: k
       do k = 1, self%faces
          beyond(k) = dot_product(self%face(:, k), place)

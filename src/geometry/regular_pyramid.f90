@@ -4,7 +4,7 @@ module m_regular_pyramid
    use m_constants, only: pi
    use m_group_reader, only: group_reader_t
    use m_text, only: to_text
-   use m_pyramid, only: pyramid_t, most_faces
+   use m_pyramid, only: pyramid_t, max_faces
    use m_shape_variables, only: get_half_angle, get_edge, get_tip_radius
    implicit none
    private
@@ -24,9 +24,9 @@ contains
       class(regular_pyramid_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group
       call group%get('faces', self%sides, least=3, required=.true.)
-      if (self%sides > most_faces) then
-         call group%refuse('faces', 'must be at most '//to_text(most_faces))
-         self%sides = most_faces
+      if (self%sides > max_faces) then
+         call group%refuse('faces', 'must be at most '//to_text(max_faces))
+         self%sides = max_faces
       end if
       call get_half_angle(group, self%half_angle)
       call get_edge(group, self%axis, self%edge)

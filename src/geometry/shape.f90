@@ -28,8 +28,8 @@ module m_shape
       procedure :: reach
       procedure :: distance
       procedure :: distance_within
-      procedure :: least_distance
-      procedure :: most_distance
+      procedure :: min_distance
+      procedure :: max_distance
       procedure :: is_searched
       procedure :: inside
       procedure :: volume
@@ -142,18 +142,18 @@ contains
    end subroutine distance_within
 
    !> The signed distance of a place is not less, m: to be asked first where is_searched.
-   pure real(wp) function least_distance(self, place)
+   pure real(wp) function min_distance(self, place)
       class(shape_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
-      least_distance = self%distance(place)
-   end function least_distance
+      min_distance = self%distance(place)
+   end function min_distance
 
-   !> The signed distance of a place is not more, m; as least_distance.
-   pure real(wp) function most_distance(self, place)
+   !> The signed distance of a place is not more, m; as min_distance.
+   pure real(wp) function max_distance(self, place)
       class(shape_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
-      most_distance = self%distance(place)
-   end function most_distance
+      max_distance = self%distance(place)
+   end function max_distance
 
    !> True where a distance takes a search, and its bounds much less.
    pure logical function is_searched(self)

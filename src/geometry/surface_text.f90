@@ -13,8 +13,8 @@ module m_surface_text
    public :: read_triangles, read_heights, is_heights
 
    integer, parameter :: header = 80, first_triangle = 85, triangle_bytes = 50 !< of a binary STL file
-   integer, parameter :: most_words = 64      !< of a line of an OBJ file
-   integer, parameter :: most_triangles = 20000000
+   integer, parameter :: max_words = 64      !< of a line of an OBJ file
+   integer, parameter :: max_triangles = 20000000
 
    !> Goes through a text line by line, and through a line word by word.
    type :: lines_t
@@ -92,9 +92,9 @@ contains
       integer :: n, t, k, first
       real(real32) :: values(9)
       n = triangles_said(bytes)
-      if (n < 0 .or. n > most_triangles) then
+      if (n < 0 .or. n > max_triangles) then
          fault = 'says it has '//to_text(iand(int(n, i8), 4294967295_i8))//' triangles; allowed: 1 to '// &
-                 to_text(most_triangles)
+                 to_text(max_triangles)
       else if (int(n, i8)*triangle_bytes + first_triangle - 1 /= len(bytes)) then
          fault = 'says it has '//to_text(n)//' triangles, which are '// &
                  to_text(int(n, i8)*triangle_bytes + first_triangle - 1)// &
@@ -212,7 +212,7 @@ contains
       character(len=:), allocatable, intent(inout) :: fault
       type(lines_t) :: lines
       real(wp) :: corner(3)
-      integer :: at, to, k, corners, number(most_words), triangle(3, most_words), slash
+      integer :: at, to, k, corners, number(max_words), triangle(3, max_words), slash
       logical :: good
       do while (lines%next_line(bytes))
          if (.not. lines%next_word(bytes, at, to)) cycle
@@ -226,15 +226,15 @@ contains
                slash = index(bytes(at:to), '/')
                if (slash > 0) to = at + slash - 2
                corners = corners + 1
-               good = corners <= most_words
+               good = corners <= max_words
                if (good) call read_integer(bytes(at:to), number(corners), good)
                if (good .and. number(corners) < 0) number(corners) = found%corners + 1 + number(corners)
                if (good) good = number(corners) >= 1 .and. number(corners) <= found%corners
                if (good) cycle
                fault = 'line '//to_text(lines%line)//': '''//bytes(at:min(to, at + 19))// &
                        ''' is no number of a corner above'
-               if (corners > most_words) fault = 'line '//to_text(lines%line)//': a face has more than '// &
-                                                 to_text(most_words)//' corners'
+               if (corners > max_words) fault = 'line '//to_text(lines%line)//': a face has more than '// &
+                                                 to_text(max_words)//' corners'
                return
             end do
             if (corners < 3) cycle ! a line or a point has no surface

@@ -20,7 +20,7 @@ module m_domain_range
       integer(i8), allocatable, private :: extent(:, :) !< (3, bodies): places of their lattices
       integer(i8), private :: looked = 0                !< step of the last look
       character(len=:), allocatable :: said             !< the first sentence
-      logical, private :: told(5) = .false. !< of tension, of gaps, of overlap, of loads on a stress that
+      logical, private :: reported(5) = .false. !< of tension, of gaps, of overlap, of loads on a stress that
                                             !< lags, of cubes that are drawn out
    contains
       procedure :: start
@@ -28,17 +28,17 @@ module m_domain_range
    end type domain_range_t
 
    integer, parameter :: look_every = 400               !< steps
-   real(wp), parameter :: most_tension = 0.01_wp !< of the modulus of a wave, that boxes of one a cell are to
+   real(wp), parameter :: max_tension = 0.01_wp !< of the modulus of a wave, that boxes of one a cell are to
                                                  !< bear
    real(wp), parameter :: apart = 0.2_wp !< neighbours so many cells further apart than their strains say are
                                          !< torn,
    real(wp), parameter :: hardly_stretched = 1.15_wp !< up to this stretch; beyond, where shear and turning
                                                      !< count too:
    real(wp), parameter :: apart_strained = 0.5_wp       !< cells
-   real(wp), parameter :: most_pressed = 0.2_wp !< strain to which cubes may be pressed; then they overlap
-   real(wp), parameter :: most_drawn = 0.25_wp !< strain to which cubes may be drawn out; then they leave
+   real(wp), parameter :: max_pressed = 0.2_wp !< strain to which cubes may be pressed; then they overlap
+   real(wp), parameter :: max_pairs_drawn = 0.25_wp !< strain to which cubes may be drawn out; then they leave
                                                !< gaps,
-   real(wp), parameter :: most_drawn_mean = 0.1_wp  !< and with strain rates that are means of cells
+   real(wp), parameter :: max_drawn_mean = 0.1_wp  !< and with strain rates that are means of cells
 
 contains
 
@@ -55,16 +55,16 @@ contains
 
    !> Collective: every so many steps, and where `now` says so. `news`: what is to be said now, empty if
    !> nothing.
-   subroutine look(self, model, now, news, error)
+   subroutine look(self, model, now, message, error)
       class(domain_range_t), intent(inout) :: self
       type(model_t), intent(in) :: model
       logical, intent(in) :: now
-      character(len=:), allocatable, intent(out) :: news
+      character(len=:), allocatable, intent(out) :: message
       type(error_t), intent(inout) :: error
       real(wp) :: worst(4)
       integer :: b
       logical :: means !< an effect makes strain rates means of cells
-      news = ''
+      message = ''
       if (.not. (now .or. model%step - self%looked >= look_every)) return
       self%looked = model%step
       worst = 0.0_wp
@@ -77,35 +77,35 @@ contains
       if (error%happened()) return
       means = size(model%effect_step(1)%on_cells) > 0
       if (model%method%stress_update /= update_usl .and. size(model%effect_step(1)%add_forces) > 0 &
-          .and. .not. self%told(4)) then
-         self%told(4) = .true.
-         news = 'range      stress_update=''usf'' or ''musl'' with loads on faces: the stress does not '// &
-                'follow a face near a '// &
+          .and. .not. self%reported(4)) then
+         self%reported(4) = .true.
+         message = 'range      stress_update=''usf'' or ''musl'' with loads on faces: the stress '// &
+                'does not follow a face near a '// &
                 'plane of nodes, which creeps; ends and works may be off by some per cent; take ''usl'''
-      else if (worst(1) > most_tension .and. .not. self%told(1)) then
-         self%told(1) = .true.
-         news = 'range      particles that are all of a cell bear a tension of '//to_text(worst(1), 2)// &
+      else if (worst(1) > max_tension .and. .not. self%reported(1)) then
+         self%reported(1) = .true.
+         message = 'range      particles that are all of a cell bear a tension of '//to_text(worst(1), 2)// &
                 ' of their modulus: '// &
                 'boxes of one a cell come apart; take particles_per_cell=8 or domain=''corners'''
-      else if (worst(2) > 1.0_wp .and. .not. self%told(2)) then
-         self%told(2) = .true.
-         news = 'range      particles are stretched to '//to_text(worst(2), 3)// &
+      else if (worst(2) > 1.0_wp .and. .not. self%reported(2)) then
+         self%reported(2) = .true.
+         message = 'range      particles are stretched to '//to_text(worst(2), 3)// &
                 ' cells: fixed domains of more than 1 come '//'apart; take domain=''stretch'' or ''corners'''
-      else if (worst(3) > most_pressed .and. .not. self%told(3)) then
-         self%told(3) = .true.
-         news = 'range      particles are pressed by '//to_text(100.0_wp*worst(3), 2)// &
+      else if (worst(3) > max_pressed .and. .not. self%reported(3)) then
+         self%reported(3) = .true.
+         message = 'range      particles are pressed by '//to_text(100.0_wp*worst(3), 2)// &
                 ' %: fixed domains overlap, '// &
                 'loads and stresses may be off by some per cent; take domain=''stretch'' or ''corners'''
-      else if (worst(4) > merge(most_drawn_mean, most_drawn, means) .and. .not. self%told(5)) then
-         self%told(5) = .true.
-         news = 'range      particles are drawn out by '//to_text(100.0_wp*worst(4), 2)// &
+      else if (worst(4) > merge(max_drawn_mean, max_pairs_drawn, means) .and. .not. self%reported(5)) then
+         self%reported(5) = .true.
+         message = 'range      particles are drawn out by '//to_text(100.0_wp*worst(4), 2)// &
                 ' %: fixed domains '// &
                 'leave gaps'//trim(merge(', which &anti_locking widens', '                            ', &
                                          means))// &
                 '; lengths and stresses may be off by some per cent, and soon by much; take '// &
                 'domain=''stretch'' or ''corners'''
       end if
-      if (self%said == '') self%said = news
+      if (self%said == '') self%said = message
    end subroutine look
 
    !> The largest tension of particles that are all of a cell, over the modulus; of fixed domains the longest

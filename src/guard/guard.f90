@@ -69,7 +69,7 @@ module m_guard
                                                    !< begin, work lags by half a step
    real(wp), parameter :: unsettled = 100.0_wp !< times that: below, works are not compared
    integer, parameter :: settling = 20         !< steps that works may be apart while a load or a touch begins
-   integer, parameter :: most_doublings = 10   !< of the way that smaller steps are taken past a fault
+   integer, parameter :: max_doublings = 10   !< of the way that smaller steps are taken past a fault
    integer, parameter :: longest_wait = 10     !< for a clean state, in save_every
 
 contains
@@ -331,7 +331,7 @@ contains
                to_text(self%saved%step)//', time '// &
                si(self%saved%time, 's')//', and on with 1/'//to_text(2**self%attempt)//' of the time step'
       call self%saved%give_back(model, balance)
-      self%until = max(self%until, fault + 2.0_wp**min(self%retries - 1, most_doublings) &
+      self%until = max(self%until, fault + 2.0_wp**min(self%retries - 1, max_doublings) &
                        *max(fault - model%time, self%spec%save_every*self%first_step))
       self%looked = model%step
       self%apart_since = -1

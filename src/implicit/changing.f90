@@ -20,7 +20,7 @@ module m_changing
       type(quasi_static_spec_t) :: spec
       type(quasi_static_t) :: statics
       logical :: holds = .false. !< steps are quasi-static now
-      character(len=:), allocatable :: told
+      character(len=:), allocatable :: run_log
    contains
       procedure :: start
       procedure :: next_step
@@ -30,7 +30,7 @@ module m_changing
       procedure :: end_by
       procedure :: was_called_off
       procedure :: keeps_state
-      procedure :: news
+      procedure :: messages
       procedure :: summary
       procedure :: release
       procedure :: finish
@@ -44,7 +44,7 @@ contains
       type(scene_t), intent(in) :: scene
       type(model_t), intent(inout) :: model
       self%spec = scene%quasi_static
-      self%told = ''
+      self%run_log = ''
       call self%statics%start(scene, model)
       self%holds = self%spec%holds_at(model%time)
    end subroutine start
@@ -76,7 +76,7 @@ contains
       if (self%spec%holds_at(model%time) .neqv. self%holds) then
          self%holds = .not. self%holds
          call self%statics%change(model, self%holds)
-         self%told = self%told//'steps      from time '//si(model%time, 's')//' on they are '// &
+         self%run_log = self%run_log//'steps      from time '//si(model%time, 's')//' on they are '// &
                      trim(merge(self%kind(), 'explicit    ', self%holds))//new_line('a')
       end if
       if (self%holds) then
@@ -88,7 +88,7 @@ contains
       if (.not. self%holds .or. self%spec%holds_at(model%time)) return
       call self%statics%change(model, .false.) ! the next one is explicit: at rest, as long as waves let
       self%holds = .false.
-      self%told = self%told//'steps      from time '//si(model%time, 's')//' on they are explicit'// &
+      self%run_log = self%run_log//'steps      from time '//si(model%time, 's')//' on they are explicit'// &
                   new_line('a')
       call bound_speeds(model)
    end subroutine step
@@ -115,12 +115,12 @@ contains
       keeps_state = self%holds .and. self%statics%keeps_state()
    end function keeps_state
 
-   function news(self) result(text)
+   function messages(self) result(text)
       class(changing_t), intent(inout) :: self
       character(len=:), allocatable :: text
-      text = self%told//self%statics%news()
-      self%told = ''
-   end function news
+      text = self%run_log//self%statics%messages()
+      self%run_log = ''
+   end function messages
 
    function summary(self) result(text)
       class(changing_t), intent(in) :: self

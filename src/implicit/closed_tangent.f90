@@ -27,7 +27,7 @@ contains
       real(wp) :: slope(count, 54), column(count, size(particles%column, 2))
       column = particles%column(first:first + count - 1, :)
       associate (law => materials%slots(materials%of_body(particles%body(first)))%law)
-         call law%slopes(column, layout, gradient, parts, time_step, count, slope, known)
+         call law%stress_tangent(column, layout, gradient, parts, time_step, count, slope, known)
       end associate
       if (.not. known) return
       call pull_back_slopes(count, column(:, layout%volume), gradient, force, slope, tangent)

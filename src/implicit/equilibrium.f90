@@ -6,9 +6,9 @@ module m_equilibrium
    use m_kinds, only: wp
    use m_text, only: to_text
    use m_static_system, only: static_system_t
-   use m_static_linear, only: static_linear_t, most_unsolved, most_unsettled
+   use m_static_linear, only: static_linear_t, max_unsolved, max_unsettled
    use m_static_ways, only: steepest
-   use m_trial_state, only: verdict_t
+   use m_trial_state, only: trial_status_t
    implicit none
    private
    public :: equilibrium_t
@@ -22,7 +22,7 @@ module m_equilibrium
       type(static_linear_t) :: linear
       real(wp), allocatable :: z(:)     !< displacements of the unknowns, m
       real(wp), allocatable :: left(:)  !< forces on them that nothing balances, N
-      type(verdict_t) :: verdict        !< of the last trial, of this rank
+      type(trial_status_t) :: trial_status        !< of the last trial, of this rank
       integer :: outcome = no_convergence
       logical :: too_long = .false.     !< a law wants a smaller step, of the last trial of any rank
       integer :: newton = 0             !< iterations of this step
@@ -37,11 +37,11 @@ module m_equilibrium
       procedure, private :: say
    end type equilibrium_t
 
-   integer, parameter :: most_iterations = 25, most_halvings = 6
+   integer, parameter :: iteration_limit = 25, max_halvings = 6
    integer, parameter :: patience = 8      !< iterations without a smaller residual
    real(wp), parameter :: closed = 1.0e-6_wp !< cells: what gaps may be off by
    real(wp), parameter :: longest = 0.5_wp   !< component of the gradient of a change in one iteration
-   real(wp), parameter :: least_determinant = 0.05_wp, largest_gradient = 0.95_wp
+   real(wp), parameter :: min_determinant = 0.05_wp, largest_gradient = 0.95_wp
    real(wp), parameter :: overshoot = 0.4_wp !< of the slope at the start, at the end of a Newton step
 
 contains
@@ -51,27 +51,27 @@ contains
    subroutine solve(self, tolerance)
       class(equilibrium_t), intent(inout) :: self
       real(wp), intent(in) :: tolerance
-      real(wp), allocatable :: force(:), change(:), rub(:, :), pressing(:)
+      real(wp), allocatable :: force(:), change(:), friction_force(:, :), pressing(:)
       real(wp) :: residual, gap, cell, best
       integer :: best_at, n
       associate (system => self%system, unknowns => self%system%size())
          cell = system%model%levels(size(system%levels))%grid%cell
          allocate (force(unknowns), change(unknowns), pressing(system%contact%count), &
-                   rub(3, system%contact%count))
+                   friction_force(3, system%contact%count))
          call self%prepare()
          best = huge(best)
          best_at = 0
-         call system%evaluate(self%z, force, self%verdict)
+         call system%evaluate(self%z, force, self%trial_status)
          if (.not. self%is_sound()) then
             self%z = 0.0_wp
-            call system%evaluate(self%z, force, self%verdict)
+            call system%evaluate(self%z, force, self%trial_status)
          end if
          do
             do n = 1, system%contact%count
                pressing(n) = system%contact%list(n)%force
-               rub(:, n) = system%contact%list(n)%rub
+               friction_force(:, n) = system%contact%list(n)%friction_force
             end do
-            call system%contact_forces(pressing, rub, self%left)
+            call system%contact_forces(pressing, friction_force, self%left)
             self%left = self%left + force
             residual = sqrt(system%dot(self%left, self%left))
             gap = self%worst_gap()/cell
@@ -88,8 +88,8 @@ contains
                best = residual
                best_at = self%newton
             end if
-            if (self%newton >= most_iterations .or. self%linear%unsolved >= most_unsolved &
-                .or. self%linear%unsettled >= most_unsettled .or. self%newton - best_at >= patience) return
+            if (self%newton >= iteration_limit .or. self%linear%unsolved >= max_unsolved &
+                .or. self%linear%unsettled >= max_unsettled .or. self%newton - best_at >= patience) return
             self%newton = self%newton + 1
             call system%linearise()
             call self%linear%improve(system, force, self%left, change)
@@ -139,10 +139,10 @@ contains
       class(equilibrium_t), intent(inout) :: self
       real(wp) :: worst
       logical :: sound
-      sound = self%verdict%smallest > least_determinant .and. self%verdict%finite &
-              .and. self%verdict%largest <= largest_gradient
+      sound = self%trial_status%smallest > min_determinant .and. self%trial_status%finite &
+              .and. self%trial_status%largest <= largest_gradient
       worst = merge(1.0_wp, 0.0_wp, sound)
-      if (self%verdict%too_long) worst = -1.0_wp
+      if (self%trial_status%too_long) worst = -1.0_wp
       worst = self%system%model%communicator%minimum(worst)
       is_sound = worst > 0.5_wp
       self%too_long = worst < -0.5_wp
@@ -154,20 +154,20 @@ contains
       class(equilibrium_t), intent(inout) :: self
       real(wp), intent(in) :: change(:)
       real(wp), intent(inout) :: force(:)
-      real(wp), allocatable :: from(:), all_forces(:), pressing(:), rub(:, :)
+      real(wp), allocatable :: from(:), all_forces(:), pressing(:), friction_force(:, :)
       real(wp) :: length, slope_before, slope_here, low, slope_low
       integer :: n, try
       associate (system => self%system, points => self%system%contact%count)
-         allocate (all_forces(size(change)), pressing(points), rub(3, points))
+         allocate (all_forces(size(change)), pressing(points), friction_force(3, points))
          from = self%z
          slope_before = slope_of(force)
          call system%set_motion(change)
          length = min(1.0_wp, longest/max(steepest(system%model, system%work), tiny(1.0_wp)))
          low = 0.0_wp
          slope_low = slope_before
-         do try = 1, most_halvings
+         do try = 1, max_halvings
             self%z = from + length*change
-            call system%evaluate(self%z, force, self%verdict)
+            call system%evaluate(self%z, force, self%trial_status)
             if (.not. self%is_sound()) then
                if (self%too_long) exit
                length = 0.5_wp*(low + length)
@@ -181,7 +181,7 @@ contains
          do n = 1, points ! forces of the points as their gaps have it, where it is not those of the change
             associate (it => system%contact%list(n))
                if (length < 1.0_wp) it%force = pressing(n)
-               if (length < 1.0_wp) it%rub = rub(:, n)
+               if (length < 1.0_wp) it%friction_force = friction_force(:, n)
                it%pressed = it%force > 0.0_wp
             end associate
          end do
@@ -196,10 +196,10 @@ contains
             associate (contact => self%system%contact, it => self%system%contact%list(n))
                call contact%law(n, [0.0_wp, 0.0_wp, 0.0_wp], 0.0_wp, pressing(n), none)
                call contact%law(n, [0.0_wp, 0.0_wp, 0.0_wp], contact%limit(n, pressing(n)), pressing(n), &
-                                rub(:, n))
+                                friction_force(:, n))
             end associate
          end do
-         call self%system%contact_forces(pressing, rub, all_forces)
+         call self%system%contact_forces(pressing, friction_force, all_forces)
          slope_of = self%system%dot(force + all_forces, change)
       end function slope_of
    end subroutine step_along

@@ -151,7 +151,7 @@ contains
       logical, intent(out) :: solved
       PetscErrorCode :: ierr
       PetscScalar, pointer :: values(:)
-      PetscInt :: its, most_its
+      PetscInt :: its, iteration_cap
       KSPConvergedReason :: reason
       KSP :: solver
       current_operator => operator
@@ -166,12 +166,12 @@ contains
       PetscCallA(VecSet(self%solution, 0.0_wp, ierr))
       solver = self%general
       if (symmetric) solver = self%symmetric
-      most_its = most
+      iteration_cap = most
       ! the system is another one: without this PETSc takes the diagonal of the first solve for all others
       PetscCallA(MatAssemblyBegin(self%shell, MAT_FINAL_ASSEMBLY, ierr))
       PetscCallA(MatAssemblyEnd(self%shell, MAT_FINAL_ASSEMBLY, ierr))
       PetscCallA(KSPSetOperators(solver, self%shell, self%shell, ierr))
-      PetscCallA(KSPSetTolerances(solver, 1.0e-30_wp, residual, may_grow, most_its, ierr))
+      PetscCallA(KSPSetTolerances(solver, 1.0e-30_wp, residual, may_grow, iteration_cap, ierr))
       PetscCallA(KSPSolve(solver, self%right_side, self%solution, ierr))
       PetscCallA(KSPGetConvergedReason(solver, reason, ierr))
       PetscCallA(KSPGetIterationNumber(solver, its, ierr))

@@ -41,7 +41,7 @@ module m_quasi_static
       real(wp) :: own_way = 0.0_wp       !< and its way
       logical :: failed_before = .false. !< the last step was halved
       character(len=:), allocatable :: bodies(:) !< their names
-      character(len=:), allocatable :: told
+      character(len=:), allocatable :: run_log
       integer(i8) :: steps = 0, newton = 0, solves = 0, products = 0, halved = 0
    contains
       procedure :: start
@@ -51,7 +51,7 @@ module m_quasi_static
       procedure :: end_by
       procedure :: was_called_off
       procedure :: keeps_state
-      procedure :: news
+      procedure :: messages
       procedure :: summary
       procedure :: release
       procedure :: change
@@ -61,9 +61,9 @@ module m_quasi_static
       procedure, private :: choose_next
    end type quasi_static_t
 
-   real(wp), parameter :: most_of_way = 0.98_wp !< of what particles of the finest level may go: tools
+   real(wp), parameter :: max_fraction_of_way = 0.98_wp !< of what particles of the finest level may go: tools
    real(wp), parameter :: wished_way = 0.8_wp   !< of what particles may go: what the next step aims at
-   real(wp), parameter :: growth = 1.5_wp, least_growth = 0.1_wp
+   real(wp), parameter :: growth = 1.5_wp, min_growth = 0.1_wp
    integer, parameter :: easy = 5              !< Newton iterations up to which the next step is longer
    real(wp), parameter :: smallest_share = 1.0e-3_wp !< of the step that may be taken
 
@@ -79,14 +79,14 @@ contains
       self%compliance = scene%contact%compliance
       if (.not. model%static_step > 0.0_wp) model%static_step = self%spec%step
       self%equilibrium%wants_log = self%spec%iterations
-      self%told = ''
+      self%run_log = ''
       allocate (character(len=name_length) :: self%bodies(size(scene%bodies)))
       do m = 1, size(scene%bodies)
          self%bodies(m) = scene%bodies(m)%name
       end do
       self%creeps = .false.
       do m = 1, size(model%materials%slots)
-         self%creeps = self%creeps .or. model%materials%slots(m)%law%goes_on()
+         self%creeps = self%creeps .or. model%materials%slots(m)%law%is_time_dependent()
          self%equilibrium%system%parts = max(self%equilibrium%system%parts, &
                                              model%materials%slots(m)%law%static_parts())
       end do
@@ -155,7 +155,7 @@ contains
       do t = 1, size(model%contact%tools)
          speed = model%contact%tools(t)%fastest(model%time, model%time + time_step, &
                                                 given=.true.)
-         most = most_of_way*longest_way(model, size(model%levels))
+         most = max_fraction_of_way*longest_way(model, size(model%levels))
          if (speed*time_step > most) time_step = most/speed
       end do
       self%smallest = smallest_share*min(self%spec%step, time_step)
@@ -188,7 +188,7 @@ contains
          end do
          sizes = [sqrt(model%communicator%sum_real(sizes(1))), sqrt(model%communicator%sum_real(sizes(2)))]
          if (.not. sizes(1) > most*sizes(2)) return
-         share = share*max(least_growth, 0.95_wp*most*sizes(2)/sizes(1))
+         share = share*max(min_growth, 0.95_wp*most*sizes(2)/sizes(1))
       end do
    end function creep_share
 
@@ -214,7 +214,7 @@ contains
          end if
          self%failed_before = .true.
          if (self%equilibrium%outcome /= not_held) &
-            self%told = self%told//'quasi      step '//to_text(model%step + 1)//' of '//si(now, 's')// &
+            self%run_log = self%run_log//'quasi      step '//to_text(model%step + 1)//' of '//si(now, 's')// &
                      ' has no equilibrium after '//to_text(self%equilibrium%newton)// &
                      ' Newton iterations ('//reason(self%equilibrium%outcome)// &
                      loose_text(self%equilibrium)//'); it is halved'//new_line('a')
@@ -240,14 +240,16 @@ contains
       logical, intent(out) :: done
       call self%equilibrium%system%contact%tools%begin(model%contact%tools, model%time, time_step, &
                                                        self%spec%ramp)
-      self%equilibrium%system%contact%rubs = any_friction(model)
-      self%equilibrium%system%goes_on = self%spec%has_inertia() .or. &
-                                        (self%equilibrium%system%contact%rubs .and. .not. self%failed_before)
+      self%equilibrium%system%contact%is_frictional = any_friction(model)
+      associate (system => self%equilibrium%system)
+         system%is_time_dependent = self%spec%has_inertia() &
+                                    .or. (system%contact%is_frictional .and. .not. self%failed_before)
+      end associate
       call self%equilibrium%system%begin(model, model%time, time_step, self%spec%stabilisation)
       call find_contact(self%equilibrium%system%contact, model, self%compliance, time_step, &
                         again=self%failed_before)
       call self%equilibrium%solve(self%spec%tolerance)
-      self%told = self%told//self%equilibrium%log
+      self%run_log = self%run_log//self%equilibrium%log
       self%newton = self%newton + self%equilibrium%newton
       self%solves = self%solves + self%equilibrium%linear%solves
       self%products = self%products + self%equilibrium%linear%products
@@ -315,7 +317,7 @@ contains
       factor = 1.0_wp
       if (.not. self%failed_before .and. self%equilibrium%newton <= easy) factor = growth
       if (self%way > 0.0_wp) factor = min(factor, wished_way/self%way)
-      wished = max(factor, least_growth)*time_step
+      wished = max(factor, min_growth)*time_step
       if (.not. self%failed_before .and. factor >= 1.0_wp) wished = max(wished, model%static_step)
       if (self%spec%max_step > 0.0_wp) wished = min(wished, self%spec%max_step)
       model%static_step = wished
@@ -337,12 +339,12 @@ contains
       keeps_state = self%equilibrium%outcome /= found
    end function keeps_state
 
-   function news(self) result(text)
+   function messages(self) result(text)
       class(quasi_static_t), intent(inout) :: self
       character(len=:), allocatable :: text
-      text = self%told
-      self%told = ''
-   end function news
+      text = self%run_log
+      self%run_log = ''
+   end function messages
 
    function summary(self) result(text)
       class(quasi_static_t), intent(in) :: self

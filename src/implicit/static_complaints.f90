@@ -83,8 +83,8 @@ contains
       associate (it => equilibrium, nodal => equilibrium%system%nodal)
          select case (it%outcome)
          case (turned)
-            worst = -it%verdict%smallest
-            at = [it%verdict%level, it%verdict%block, it%verdict%particle]
+            worst = -it%trial_status%smallest
+            at = [it%trial_status%level, it%trial_status%block, it%trial_status%particle]
          case (too_far)
             worst = own_way
             at = farthest

@@ -26,7 +26,7 @@ module m_static_contact
       real(wp) :: start(3) = 0.0_wp      !< where it is at the step's beginning, between bodies, m
       real(wp) :: outward(3) = 0.0_wp    !< which way its centre is outside the tool
       real(wp) :: depth = 0.0_wp         !< of it below the centre, m
-      real(wp) :: yielding = 0.0_wp      !< gap that a unit of force closes, m/N
+      real(wp) :: contact_compliance = 0.0_wp      !< gap that a unit of force closes, m/N
       real(wp) :: gap = 0.0_wp           !< to the tool or the other body at the step's end, m
       real(wp) :: normal(3) = 0.0_wp     !< outward from it there
       real(wp) :: turning(3, 3) = 0.0_wp !< how the normal turns as the point moves, 1/m
@@ -34,7 +34,7 @@ module m_static_contact
       real(wp) :: force = 0.0_wp         !< N
       real(wp) :: kept(3) = 0.0_wp       !< slip by which friction gives way, from the last step, m
       real(wp) :: slip(3) = 0.0_wp       !< that and the step's slip, at the step's end, m
-      real(wp) :: rub(3) = 0.0_wp        !< friction on the body, N
+      real(wp) :: friction_force(3) = 0.0_wp        !< friction on the body, N
       real(wp) :: holds = 0.0_wp         !< stiffness of friction in the linear problem, N/m
       real(wp) :: slides(3) = 0.0_wp     !< where it slides there, a unit vector; else 0
       logical :: barred = .false.        !< its tool is drawn off: it does not press
@@ -47,7 +47,7 @@ module m_static_contact
       type(static_tools_t) :: tools
       type(static_pairs_t) :: pairs         !< far sides of the points between bodies
       type(body_contact_spec_t), allocatable :: pair_specs(:) !< what holds between these
-      logical :: rubs = .false.             !< some tool or pair has friction
+      logical :: is_frictional = .false.             !< some tool or pair has friction
       logical :: meets_first = .false. !< bodies that did not press are thought to: where they almost touch
       real(wp) :: share = 1.0_wp !< of forces here, what acts in the mean of a step: theta where there is
                                  !< inertia
@@ -94,7 +94,7 @@ contains
          if (level%blocks(b)%particles%count == 0) cycle
          do t = 1, size(self%tools%now)
             associate (tool => self%tools%now(t), block => level%blocks(b))
-               if (tool%least_gap(block%origin + 0.5_wp*(block_size - 1)*level%grid%cell) &
+               if (tool%min_gap(block%origin + 0.5_wp*(block_size - 1)*level%grid%cell) &
                    > 0.5_wp*block_size*sqrt(3.0_wp)*level%grid%cell + reach + thickest(level)) cycle
                call level%blocks(b)%cells%link(level%blocks(b)%particles%count)
                associate (near => particles_near(tool, level, level%blocks(b), thickest(level) + reach))
@@ -151,14 +151,14 @@ contains
          k = materials%of_body(block%particles%body(p))
          young = 0.5_wp/materials%slots(k)%law%complementary_energy( &
                  [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp])
-         new%yielding = self%share*compliance*level%grid%cell/(young*c%area)
+         new%contact_compliance = self%share*compliance*level%grid%cell/(young*c%area)
          new%barred = self%tools%away(t)
          if (.not. new%barred) new%force = column(p, columns(1))*c%area/self%share
          new%pressed = (new%force > 0.0_wp .or. gap <= touches*level%grid%cell) .and. .not. new%barred
          c%has_friction = has_friction(self%tools%now(t)%spec%friction)
          if (c%has_friction) then
-            new%rub = column(p, columns(2):columns(2) + 2)*c%area/self%share
-            new%kept = -new%yielding*new%rub
+            new%friction_force = column(p, columns(2):columns(2) + 2)*c%area/self%share
+            new%kept = -new%contact_compliance*new%friction_force
          end if
       end associate
       call append(self, new)
@@ -264,23 +264,23 @@ contains
    !> What a point exerts on its body when it has moved by `ahead` over the tool beyond where it is: a normal
    !> force that does not pull, and friction that is not beyond its bound (theory.md, eqs static-contact,
    !> static-friction).
-   pure subroutine law(self, n, ahead, bound, pressing, rub)
+   pure subroutine law(self, n, ahead, bound, pressing, friction_force)
       class(static_contact_t), intent(in) :: self
       integer, intent(in) :: n
       real(wp), intent(in) :: ahead(3) !< m
       real(wp), intent(in) :: bound    !< of friction, N
-      real(wp), intent(out) :: pressing, rub(3) !< N
+      real(wp), intent(out) :: pressing, friction_force(3) !< N
       real(wp) :: length
       associate (it => self%list(n))
-         pressing = max(0.0_wp, -(it%gap + dot_product(it%normal, ahead))/it%yielding)
-         rub = 0.0_wp
+         pressing = max(0.0_wp, -(it%gap + dot_product(it%normal, ahead))/it%contact_compliance)
+         friction_force = 0.0_wp
          if (.not. (bound > 0.0_wp .and. it%point%has_friction)) return
-         rub = it%slip + across(it%normal, ahead)
-         length = norm2(rub)
-         if (length <= bound*it%yielding) then
-            rub = -rub/it%yielding
+         friction_force = it%slip + across(it%normal, ahead)
+         length = norm2(friction_force)
+         if (length <= bound*it%contact_compliance) then
+            friction_force = -friction_force/it%contact_compliance
          else
-            rub = -rub*bound/length
+            friction_force = -friction_force*bound/length
          end if
       end associate
    end subroutine law
@@ -298,16 +298,16 @@ contains
    pure real(wp) function misfit(self, n)
       class(static_contact_t), intent(in) :: self
       integer, intent(in) :: n
-      real(wp) :: pressing, rub(3)
+      real(wp) :: pressing, friction_force(3)
       associate (it => self%list(n))
          if (it%force > 0.0_wp) then
-            misfit = abs(it%gap + it%yielding*it%force)
+            misfit = abs(it%gap + it%contact_compliance*it%force)
          else
             misfit = max(0.0_wp, -it%gap)
          end if
          if (.not. it%point%has_friction) return
-         call self%law(n, [0.0_wp, 0.0_wp, 0.0_wp], self%limit(n, it%force), pressing, rub)
-         misfit = max(misfit, it%yielding*norm2(rub - it%rub))
+         call self%law(n, [0.0_wp, 0.0_wp, 0.0_wp], self%limit(n, it%force), pressing, friction_force)
+         misfit = max(misfit, it%contact_compliance*norm2(friction_force - it%friction_force))
       end associate
    end function misfit
 
@@ -388,7 +388,7 @@ contains
       real(wp), intent(in) :: way(3) !< m
       real(wp) :: force(3)
       associate (it => self%list(n))
-         force = dot_product(it%normal, way)/it%yielding*it%normal
+         force = dot_product(it%normal, way)/it%contact_compliance*it%normal
          if (it%holds > 0.0_wp) force = force + it%holds*(across(it%normal, way) &
             - (1.0_wp - along_slip)*dot_product(it%slides, way)*it%slides)
       end associate
@@ -409,7 +409,7 @@ contains
                if (it%point%tool /= self%tools%tool(k) .or. .not. it%pressed) cycle
                one = self%tools%now(it%point%tool)%freedoms(freedom)%velocity_at(it%place)/self%tools%reach(k)
                sums(k) = sums(k) + dot_product(one, self%resist(n, one))
-               most(k) = most(k) + dot_product(one, one)/it%yielding
+               most(k) = most(k) + dot_product(one, one)/it%contact_compliance
             end associate
          end do
       end do
@@ -421,7 +421,7 @@ contains
       integer, intent(in) :: n
       real(wp) :: stiffness(3)
       associate (it => self%list(n))
-         stiffness = it%normal**2/it%yielding + it%holds*(1.0_wp - it%normal**2 &
+         stiffness = it%normal**2/it%contact_compliance + it%holds*(1.0_wp - it%normal**2 &
                                                           - (1.0_wp - along_slip)*it%slides**2)
       end associate
    end function self_stiffness
@@ -439,8 +439,8 @@ contains
          if (.not. (it%pressed .and. it%point%has_friction)) return
          slip = it%slip + across(it%normal, ahead)
          length = norm2(slip)
-         it%holds = 1.0_wp/it%yielding
-         if (length <= bound*it%yielding) return
+         it%holds = 1.0_wp/it%contact_compliance
+         if (length <= bound*it%contact_compliance) return
          it%holds = bound/length
          it%slides = slip/length
       end associate

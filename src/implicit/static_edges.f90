@@ -9,12 +9,12 @@ module m_static_edges
    use m_composite, only: composite_t
    implicit none
    private
-   public :: spread_down, set_hanging, hand_up, take_up
+   public :: prolong_to, set_hanging, restrict_to, take_up
 
 contains
 
    !> Collective: what moves the nodes of the coarser level, in the tiles of its own blocks, to the patches.
-   subroutine spread_down(composite, communicator, tiles)
+   subroutine prolong_to(composite, communicator, tiles)
       class(composite_t), intent(inout) :: composite
       type(communicator_t), intent(in) :: communicator
       real(wp), intent(in), contiguous :: tiles(:, 0:, 0:, 0:, :)
@@ -28,7 +28,7 @@ contains
          end associate
       end do
       call composite%exchange%exchange(communicator, composite%down, upwards=.false.)
-   end subroutine spread_down
+   end subroutine prolong_to
 
    !> The constrained nodes of all own blocks of the finer level move as the patches say.
    pure subroutine set_hanging(composite, tiles)
@@ -60,7 +60,7 @@ contains
 
    !> Collective: forces that constrained nodes have been given to the patches; `tiles` of the finer level
    !> hold sums. `diagonal`: they are a diagonal of the stiffness, which weights enter twice.
-   subroutine hand_up(composite, communicator, tiles, diagonal)
+   subroutine restrict_to(composite, communicator, tiles, diagonal)
       class(composite_t), intent(inout) :: composite
       type(communicator_t), intent(in) :: communicator
       real(wp), intent(in), contiguous :: tiles(:, 0:, 0:, 0:, :)
@@ -72,7 +72,7 @@ contains
          end associate
       end do
       call composite%exchange%exchange(communicator, composite%up, upwards=.true.)
-   end subroutine hand_up
+   end subroutine restrict_to
 
    pure subroutine hand_up_edge(edge, tile, diagonal, patch)
       type(edge_t), intent(in) :: edge

@@ -175,11 +175,11 @@ contains
          do n = 0, 7
             do b = 1, 3
                do a = 1, 3
-                  bulk_part(3*n + a, 3*m + b) = slopes(n, m, a, b)
-                  shear_part(3*n + a, 3*m + b) = slopes(n, m, b, a)
+                  bulk_part(3*n + a, 3*m + b) = stress_tangent(n, m, a, b)
+                  shear_part(3*n + a, 3*m + b) = stress_tangent(n, m, b, a)
                   if (a /= b) cycle
                   do c = 1, 3
-                     shear_part(3*n + a, 3*m + b) = shear_part(3*n + a, 3*m + b) + slopes(n, m, c, c)
+                     shear_part(3*n + a, 3*m + b) = shear_part(3*n + a, 3*m + b) + stress_tangent(n, m, c, c)
                   end do
                end do
             end do
@@ -188,7 +188,7 @@ contains
    end subroutine unit_elements
 
    !> Integral of the slope of hat n along a times that of hat m along b.
-   pure real(wp) function slopes(n, m, a, b) result(integral)
+   pure real(wp) function stress_tangent(n, m, a, b) result(integral)
       integer, intent(in) :: n, m, a, b
       real(wp) :: of_n, of_m
       integer :: c
@@ -206,7 +206,7 @@ contains
             integral = integral*merge(1.0_wp/3.0_wp, 1.0_wp/6.0_wp, of_n*of_m > 0.0_wp)
          end if
       end do
-   end function slopes
+   end function stress_tangent
 
    !> Points that press: their stiffness in the linear problem.
    subroutine add_points(self, system, tiles)

@@ -4,10 +4,10 @@ module m_static_levels
    use m_kinds, only: wp
    use m_node_values, only: mass_, v_x, v_z, f_x
    use m_boundary, only: apply_boundary
-   use m_static_edges, only: spread_down, set_hanging, hand_up, take_up
+   use m_static_edges, only: prolong_to, set_hanging, restrict_to, take_up
    use m_level, only: level_t
    use m_model, only: model_t
-   use m_complaints, only: most_cells_a_step
+   use m_complaints, only: max_cells_a_step
    use m_cell_mean, only: cells_of
    use m_migration, only: frame_of
    use m_static_nodes, only: static_nodes_t
@@ -32,7 +32,7 @@ module m_static_levels
       procedure :: clear_forces
    end type static_level_t
 
-   real(wp), parameter :: most_move = 0.44_wp !< of a cell of the coarsest level in a step, where there
+   real(wp), parameter :: max_move = 0.44_wp !< of a cell of the coarsest level in a step, where there
                                                !< are finer ones: blocks are made as far ahead
    real(wp), parameter :: towards_each_other = 0.5_wp !< of that, where bodies may meet: their surfaces see
                                                       !< each other over a good half of a cell
@@ -147,7 +147,7 @@ contains
             do b = 1, size(level%blocks)
                call apply_boundary(level%grid, level%blocks(b)%place, level%nodes(:, :, :, :, b))
             end do
-            if (l < size(levels)) call spread_down(model%composite(l + 1), model%communicator, level%nodes)
+            if (l < size(levels)) call prolong_to(model%composite(l + 1), model%communicator, level%nodes)
          end associate
       end do
    end subroutine spread
@@ -181,7 +181,8 @@ contains
             call fold_all(model%levels(l), parity, mine%forces)
             if (l < size(levels)) call take_up(model%composite(l + 1), mine%forces)
             call sum_up(model, l, mine%forces)
-            if (l > 1) call hand_up(model%composite(l), model%communicator, mine%forces, present(diagonal))
+            if (l > 1) &
+               call restrict_to(model%composite(l), model%communicator, mine%forces, present(diagonal))
             call mine%unknowns%gather(f_x, mine%forces, values(mine%first():mine%last()))
          end associate
       end do
@@ -230,8 +231,8 @@ contains
    pure real(wp) function longest_way(model, l) result(way)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l
-      way = most_cells_a_step*model%levels(l)%grid%cell
-      if (size(model%levels) > 1) way = min(way, most_move*model%levels(1)%grid%cell)
+      way = max_cells_a_step*model%levels(l)%grid%cell
+      if (size(model%levels) > 1) way = min(way, max_move*model%levels(1)%grid%cell)
       if (model%contact%pairs%active()) way = towards_each_other*way
    end function longest_way
 

@@ -27,16 +27,16 @@ module m_static_linear
       procedure, private :: solve_linear
    end type static_linear_t
 
-   integer, parameter, public :: most_unsolved = 3 !< linear problems of a step: then nothing holds the body
-   integer, parameter, public :: most_unsettled = 3 !< iterations of a step: then it is too long
-   integer, parameter :: most_guesses = 20, most_with_friction = 60
+   integer, parameter, public :: max_unsolved = 3 !< linear problems of a step: then nothing holds the body
+   integer, parameter, public :: max_unsettled = 3 !< iterations of a step: then it is too long
+   integer, parameter :: max_guesses = 20, max_with_friction = 60
    integer, parameter :: swift = 6 !< guesses: those after them change the bounds of friction less and less
-   integer, parameter :: most_products = 4000 !< in one problem, by conjugate gradients
-   integer, parameter :: most_gmres = 600     !< by GMRES
+   integer, parameter :: max_products = 4000 !< in one problem, by conjugate gradients
+   integer, parameter :: max_gmres = 600     !< by GMRES
    integer, parameter :: first_patience = 1000 !< with conjugate gradients in the first problem of a step;
    integer, parameter :: patience = 5         !< with conjugate gradients: times the mean of the problems that
                                               !< they have solved,
-   integer, parameter :: least_patience = 300 !< and at least
+   integer, parameter :: min_patience = 300 !< and at least
    real(wp), parameter :: rough = 1.0e-3_wp !< linear problems are solved to this, of the forces left over
    real(wp), parameter :: unknown = sqrt(huge(1.0_wp)) !< N: times a length it is a number still
 
@@ -77,14 +77,14 @@ contains
          ahead = 0.0_wp ! way of the points over their tools by the change
          call start_bounds(system, bound)
          aim = max(rough*what_is_left(system, force, left, bound), tiny(aim))
-         do guess = 1, merge(most_with_friction, most_guesses, contact%rubs)
+         do guess = 1, merge(max_with_friction, max_guesses, contact%is_frictional)
             done = .false.
             call self%set_points(system, ahead, bound, force - moved, right)
             call self%solve_linear(system, right, direction, aim)
             if (self%stopped) return
             call move_points(system, direction, along)
-            if (self%unsolved >= most_unsolved) exit
-            if (.not. contact%rubs .and. fits(system, ahead + along)) then
+            if (self%unsolved >= max_unsolved) exit
+            if (.not. contact%is_frictional .and. fits(system, ahead + along)) then
                change = change + direction
                ahead = ahead + along
                done = .true.
@@ -101,7 +101,7 @@ contains
             moved = moved + length*stiff
             ahead = ahead + length*along
             call press_by_gaps(system, ahead, bound, min(1.0_wp, real(swift, wp)/guess))
-            if (.not. contact%rubs) cycle
+            if (.not. contact%is_frictional) cycle
             call self%set_points(system, ahead, bound, force - moved, right)
             done = sqrt(system%dot(right, right)) <= 2.0_wp*aim
             if (done) exit
@@ -129,13 +129,13 @@ contains
    real(wp) function what_is_left(system, force, left, bound) result(most)
       type(static_system_t), intent(inout) :: system
       real(wp), intent(in) :: force(:), left(:), bound(:)
-      real(wp) :: pressing(size(bound)), rub(3, size(bound)), right(size(force))
+      real(wp) :: pressing(size(bound)), friction_force(3, size(bound)), right(size(force))
       integer :: n
       do n = 1, size(bound)
          call system%contact%law(n, [0.0_wp, 0.0_wp, 0.0_wp], merge(0.0_wp, bound(n), bound(n) >= unknown), &
-                                 pressing(n), rub(:, n))
+                                 pressing(n), friction_force(:, n))
       end do
-      call system%contact_forces(pressing, rub, right)
+      call system%contact_forces(pressing, friction_force, right)
       right = right + force
       most = sqrt(system%dot(right, right))
       if (system%model%communicator%sum_real(real(size(bound), wp)) < 0.5_wp) &
@@ -148,19 +148,19 @@ contains
       type(static_system_t), intent(inout) :: system
       real(wp), intent(in) :: ahead(:, :), bound(:), force(:)
       real(wp), intent(out) :: right(:)
-      real(wp) :: pressing(size(bound)), rub(3, size(bound))
+      real(wp) :: pressing(size(bound)), friction_force(3, size(bound))
       integer :: n
       do n = 1, size(bound)
          associate (it => system%contact%list(n))
             call system%contact%set_friction(n, ahead(:, n), bound(n))
             pressing(n) = 0.0_wp
-            rub(:, n) = 0.0_wp
+            friction_force(:, n) = 0.0_wp
             if (.not. it%pressed) cycle
-            call system%contact%law(n, ahead(:, n), bound(n), pressing(n), rub(:, n))
-            pressing(n) = -(it%gap + dot_product(it%normal, ahead(:, n)))/it%yielding
+            call system%contact%law(n, ahead(:, n), bound(n), pressing(n), friction_force(:, n))
+            pressing(n) = -(it%gap + dot_product(it%normal, ahead(:, n)))/it%contact_compliance
          end associate
       end do
-      call system%contact_forces(pressing, rub, right)
+      call system%contact_forces(pressing, friction_force, right)
       right = right + force
       self%products = self%products + 1
    end subroutine set_points
@@ -203,11 +203,11 @@ contains
       real(wp), intent(in) :: ahead(:, :)
       real(wp), intent(inout) :: bound(:)
       real(wp), intent(in) :: share
-      real(wp) :: pressing, rub(3)
+      real(wp) :: pressing, friction_force(3)
       integer :: n
       do n = 1, system%contact%count
          associate (it => system%contact%list(n))
-            call system%contact%law(n, ahead(:, n), 0.0_wp, pressing, rub)
+            call system%contact%law(n, ahead(:, n), 0.0_wp, pressing, friction_force)
             it%pressed = pressing > 0.0_wp
             if (bound(n) >= unknown .or. share >= 1.0_wp) then
                bound(n) = system%contact%limit(n, pressing)
@@ -225,7 +225,7 @@ contains
       integer :: n
       do n = 1, system%contact%count
          associate (it => system%contact%list(n))
-            call system%contact%law(n, ahead(:, n), bound(n), it%force, it%rub)
+            call system%contact%law(n, ahead(:, n), bound(n), it%force, it%friction_force)
          end associate
       end do
    end subroutine take_forces
@@ -252,23 +252,23 @@ contains
       system%presses = .true.
       self%solves = self%solves + 1
       patient = first_patience
-      if (self%cg_solved > 0) patient = min(most_products, max(least_patience, &
+      if (self%cg_solved > 0) patient = min(max_products, max(min_patience, &
                                                            int(patience*self%cg_iterations/self%cg_solved)))
       solved = .false.
       cg_may_solve = self%gmres_leads
       if (.not. self%gmres_leads) then
          call try(.true., patient)
-         cg_may_solve = products >= patient .and. patient < most_products
+         cg_may_solve = products >= patient .and. patient < max_products
       end if
       if (self%stopped) return
       if (.not. solved) then
-         call try(.false., most_gmres)
+         call try(.false., max_gmres)
          self%gmres_leads = solved
       end if
       if (solved .or. self%stopped) return
       if (cg_may_solve) then
          by_gmres = direction
-         call try(.true., most_products)
+         call try(.true., max_products)
          if (.not. solved) direction = by_gmres
       end if
       if (.not. solved) self%unsolved = self%unsolved + 1
@@ -310,13 +310,13 @@ contains
    contains
       real(wp) function slope(s)
          real(wp), intent(in) :: s
-         real(wp) :: pressing, rub(3)
+         real(wp) :: pressing, friction_force(3)
          integer :: n
          slope = 0.0_wp
          do n = 1, size(bound)
             associate (it => system%contact%list(n))
-               call system%contact%law(n, ahead(:, n) + s*along(:, n), bound(n), pressing, rub)
-               slope = slope - dot_product(along(:, n), pressing*it%normal + rub)
+               call system%contact%law(n, ahead(:, n) + s*along(:, n), bound(n), pressing, friction_force)
+               slope = slope - dot_product(along(:, n), pressing*it%normal + friction_force)
             end associate
          end do
          slope = constant + s*linear + system%model%communicator%sum_real(slope)

@@ -13,7 +13,7 @@ module m_static_loads
    private
    public :: find_contact, book_contact, any_friction
 
-   integer, parameter :: most_looks = 50        !< for where a tool touches
+   integer, parameter :: max_checks = 50        !< for where a tool touches
    real(wp), parameter :: reach = 1.0_wp        !< cells: no point comes to a tool from further away in a step
    real(wp), parameter :: touches = 1.0e-7_wp   !< cells: a tool so near touches
 
@@ -34,8 +34,8 @@ contains
       do t = 1, size(contact%tools%now)
          if (.not. contact%tools%is_driven(t) .or. contact%tools%away(t)) cycle
          if (presses(model, t)) cycle
-         do try = 1, most_looks
-            gap = least_gap(contact, model, t)
+         do try = 1, max_checks
+            gap = min_gap(contact, model, t)
             if (gap > 0.5_wp*huge(gap)) exit ! nothing is there
             call contact%tools%shift(t, gap)
             if (abs(gap) <= touches*model%levels(size(model%levels))%grid%cell) exit
@@ -55,7 +55,7 @@ contains
       type(model_t), intent(in) :: model
       integer :: t
       any_friction = any([(has_friction(model%contact%tools(t)%spec%friction), &
-                           t=1, size(model%contact%tools))]) .or. model%contact%pairs%rubs()
+                           t=1, size(model%contact%tools))]) .or. model%contact%pairs%is_frictional()
    end function any_friction
 
    !> Collective: true of a tool that pressed something in the last step.
@@ -76,7 +76,7 @@ contains
    end function presses
 
    !> Collective: the smallest gap of the points to a tool, m.
-   real(wp) function least_gap(contact, model, t) result(least)
+   real(wp) function min_gap(contact, model, t) result(least)
       type(static_contact_t), intent(in) :: contact
       type(model_t), intent(in) :: model
       integer, intent(in) :: t
@@ -86,7 +86,7 @@ contains
       associate (level => model%levels(size(model%levels)))
          do b = 1, size(level%blocks)
             do p = 1, level%blocks(b)%particles%count
-               if (contact%tools%now(t)%least_gap(level%blocks(b)%particles%column(p, &
+               if (contact%tools%now(t)%min_gap(level%blocks(b)%particles%column(p, &
                    level%layout%position:level%layout%position + 2)) > least + thickest(level)) cycle
                call find_gap(contact%tools%now(t), level, model%materials, b, p, huge(1.0_wp), gap, normal, &
                              edge, thickness)
@@ -95,7 +95,7 @@ contains
          end do
       end associate
       least = model%communicator%minimum(least)
-   end function least_gap
+   end function min_gap
 
    !> Collective: loads, works and pressures of the equilibrium, of which the nodes hold the displacements;
    !> tools go to the step's end. Work is that of the mean of the loads at both ends; with inertia loads are
@@ -119,7 +119,8 @@ contains
             load = state%load
             moment = state%moment
             tool = contact%tools%now(t)
-            call state%book(reactions(t), tool, [0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp], time_step)
+            call state%accumulate(reactions(t), tool, [0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp], &
+                                  time_step)
             if (over_step) cycle
             change = 0.5_wp*time_step*dot_product(state%load - load, tool%velocity)
             if (tool%pivot > 0) &
@@ -154,10 +155,11 @@ contains
             if (it%barred) cycle
             state%overlap = max(state%overlap, -it%gap)
             if (.not. it%force > 0.0_wp) cycle
-            force = contact%share*(it%force*it%normal + it%rub)
+            force = contact%share*(it%force*it%normal + it%friction_force)
             sums%load = sums%load - force
             sums%moment = sums%moment - cross(it%place - contact%tools%now(it%point%tool)%point, force)
-            sums%heat = sums%heat - contact%share*dot_product(it%rub, it%slip + it%yielding*it%rub)
+            sums%heat = sums%heat - contact%share &
+                        *dot_product(it%friction_force, it%slip + it%contact_compliance*it%friction_force)
          end associate
       end do
       call close_ring(reactions, model%levels(1)%grid%section)
@@ -190,7 +192,7 @@ contains
                   column(p, at%pressure) = column(p, at%pressure) + contact%share*it%force/it%point%area
                   column(p, at%carried + it%point%tool - 1) = tiny(1.0_wp)
                   if (it%point%has_friction) column(p, at%traction:at%traction + 2) &
-                     = column(p, at%traction:at%traction + 2) + contact%share*it%rub/it%point%area
+                     = column(p, at%traction:at%traction + 2) + contact%share*it%friction_force/it%point%area
                end associate
             end associate
          end do

@@ -55,13 +55,13 @@ contains
             end associate
             new%start = it%from + it%arm
             ! both sides of a contact have points, and each bears half
-            new%yielding = 2.0_wp*contact%share*compliance*level%grid%cell &
+            new%contact_compliance = 2.0_wp*contact%share*compliance*level%grid%cell &
                            /(softer_of(it, meeting%field)*it%area)
             new%force = it%force/contact%share
             new%pressed = new%force > 0.0_wp .or. it%gap <= touches*level%grid%cell
             if (it%has_friction) then
-               new%rub = it%last_tangential_force/contact%share
-               new%kept = -new%yielding*new%rub
+               new%friction_force = it%last_tangential_force/contact%share
+               new%kept = -new%contact_compliance*new%friction_force
             end if
             call contact%add(new)
          end associate
@@ -129,15 +129,16 @@ contains
       type(body_pairs_t), intent(inout) :: bodies
       real(wp), intent(in) :: time_step !< s
       integer, intent(in) :: pressure   !< column of the contact pressure
-      type(candidates_t) :: booked
+      type(candidates_t) :: accumulated
       integer :: n
-      booked%partners = contact%pairs%partners
-      allocate (booked%list(contact%pairs%count))
+      accumulated%partners = contact%pairs%partners
+      allocate (accumulated%list(contact%pairs%count))
       do n = 1, contact%count
          associate (it => contact%list(n))
             if (it%point%partner == 0) cycle
-            booked%count = booked%count + 1
-            associate (c => booked%list(booked%count), partner => booked%partners(it%point%partner))
+            accumulated%count = accumulated%count + 1
+            associate (c => accumulated%list(accumulated%count), &
+                       partner => accumulated%partners(it%point%partner))
                c = it%point
                c%force = contact%share*it%force
                c%opening = (it%gap - it%point%gap)/time_step
@@ -145,13 +146,13 @@ contains
                c%limit = contact%share*contact%limit(n, it%force)
                c%frictional = 1
                c%tangent = tangents(c%normal)
-               c%tangential_force = contact%share*matmul(it%rub, c%tangent)
-               partner%slip = matmul(it%slip + it%yielding*it%rub, c%tangent)/time_step
+               c%tangential_force = contact%share*matmul(it%friction_force, c%tangent)
+               partner%slip = matmul(it%slip + it%contact_compliance*it%friction_force, c%tangent)/time_step
             end associate
          end associate
       end do
       bodies%first = 1
-      call bodies%keep(level, materials, booked, time_step, pressure)
+      call bodies%keep(level, materials, accumulated, time_step, pressure)
       call bodies%add_up(communicator)
    end subroutine book_meetings
 

@@ -19,7 +19,7 @@ module m_static_system
    use m_static_means, only: take_trial_gradients, push_nodes
    use m_static_ways, only: rigid_motion_t, motion_of_body, may_hold
    use m_called_off, only: called_off_t
-   use m_trial_state, only: verdict_t, sum_of_squares, squares_of_section
+   use m_trial_state, only: trial_status_t, sum_of_squares, squares_of_section
    implicit none
    private
    public :: static_system_t
@@ -36,7 +36,7 @@ module m_static_system
       real(wp), allocatable :: diagonal(:)           !< (unknowns): of the stiffness, N/m
       real(wp), allocatable :: bare(:)               !< the same without pressed points
       real(wp), allocatable :: guess(:)              !< (unknowns): where Newton's method begins, m
-      logical :: goes_on = .false.                   !< that is as in the last step, not at rest
+      logical :: is_time_dependent = .false.                   !< that is as in the last step, not at rest
       integer :: nodal = 0 !< unknowns of nodes, on this rank
       integer :: extra = 0 !< unknowns besides those of nodes: ways of what loads push, on the first rank
       real(wp), allocatable :: work(:, :)            !< (particles of the largest block, 27)
@@ -102,11 +102,11 @@ contains
          if (self%inertia%acts) call self%inertia%begin(self%levels, model, time_step, &
                                                         self%guess/time_step, self%load)
          do l = 1, size(model%effect_step)
-            call model%effect_step(l)%keep_push()
+            call model%effect_step(l)%keep_nodal_force()
          end do
          call self%hold_loads(time + time_step, number=.true., stress=.false.)
          do l = 1, size(model%effect_step)
-            call model%effect_step(l)%mean_push(merge(self%inertia%share, 0.5_wp, self%inertia%acts))
+            call model%effect_step(l)%mean_nodal_force(merge(self%inertia%share, 0.5_wp, self%inertia%acts))
          end do
       else
          call self%hold_loads(time + time_step, number=.true., stress=.false.)
@@ -141,11 +141,12 @@ contains
             call gather_all(self%levels, model, f_x, self%load)
             do l = 1, size(self%levels)
                associate (mine => self%levels(l))
-                  if (self%goes_on) call read_motion(mine%unknowns, model%levels(l), self%time_step, &
-                                                     self%guess(mine%first():mine%last()))
+                  if (self%is_time_dependent) &
+                     call read_motion(mine%unknowns, model%levels(l), self%time_step, &
+                                     self%guess(mine%first():mine%last()))
                end associate
             end do
-            if (self%goes_on .and. self%extra > 0) &
+            if (self%is_time_dependent .and. self%extra > 0) &
                self%guess(self%nodal + 1:) = self%contact%tools%ways_before()
          end if
          if (size(model%effect_step(1)%on_nodes) > 0) then
@@ -156,7 +157,7 @@ contains
          end if
          if (.not. time < self%ramp) return
          do l = 1, size(model%effect_step)
-            call model%effect_step(l)%scale_push(max(0.0_wp, time/self%ramp))
+            call model%effect_step(l)%scale_nodal_force(max(0.0_wp, time/self%ramp))
          end do
          self%load = max(0.0_wp, time/self%ramp)*self%load ! of tools: m_static_tools knows of the ramp
       end associate
@@ -178,11 +179,11 @@ contains
 
    !> Collective: the forces on the unknowns under displacements, without contact, N; gaps of the points; the
    !> size of the forces.
-   subroutine evaluate(self, z, force, verdict)
+   subroutine evaluate(self, z, force, status)
       class(static_system_t), intent(inout) :: self
       real(wp), intent(in) :: z(:)
       real(wp), intent(out) :: force(:)
-      type(verdict_t), intent(out) :: verdict !< of this rank
+      type(trial_status_t), intent(out) :: status !< of this rank
       integer :: b, l
       real(wp) :: squares
       call self%model%timers%enter(self%residual_row)
@@ -197,9 +198,8 @@ contains
                associate (block => level%blocks(b), trial => self%levels(l)%trial(b), &
                           n => level%blocks(b)%particles%count)
                   if (n == 0) cycle
-                  call trial%update(block%particles, model%materials, level%layout, self%time_step, verdict, &
-                                    b)
-                  if (verdict%level == 0) verdict%level = l
+                  call trial%update(block%particles, model%materials, level%layout, self%time_step, status, b)
+                  if (status%level == 0) status%level = l
                   trial%acting(:n, :) = trial%force(:n, :)
                   if (level%grid%section%is_flat()) then
                      squares = squares + squares_of_section(trial%force(:n, :), level, b)
@@ -368,10 +368,10 @@ contains
    end subroutine resist
 
    !> Collective: what forces of the points do to the unknowns, N.
-   subroutine contact_forces(self, pressing, rub, force)
+   subroutine contact_forces(self, pressing, friction_force, force)
       class(static_system_t), intent(inout) :: self
       real(wp), intent(in) :: pressing(:) !< (points): along their normals, N
-      real(wp), intent(in) :: rub(:, :)   !< (3, points): friction on the body, N
+      real(wp), intent(in) :: friction_force(:, :)   !< (3, points): friction on the body, N
       real(wp), intent(out) :: force(:)
       real(wp) :: vector(3), sums(self%contact%tools%count)
       integer :: n
@@ -379,7 +379,7 @@ contains
       sums = 0.0_wp
       do n = 1, self%contact%count
          associate (it => self%contact%list(n))
-            vector = pressing(n)*it%normal + rub(:, n)
+            vector = pressing(n)*it%normal + friction_force(:, n)
             if (.not. any(abs(vector) > 0.0_wp)) cycle
             call self%contact%add_force_at(n, vector, self%levels(size(self%levels))%forces)
             call self%contact%tools%push(it%point%tool, it%place, -vector, sums)

@@ -36,7 +36,7 @@ module m_static_tools
       procedure :: name_of
    end type static_tools_t
 
-   integer, parameter :: most_tries = 4 !< ways by which a place inside a tool is looked for outside
+   integer, parameter :: max_attempts = 4 !< ways by which a place inside a tool is looked for outside
 
 contains
 
@@ -109,7 +109,7 @@ contains
       call self%now(t)%gap_and_normal(place, gap, normal)
       if (.not. gap < 0.0_wp) return
       way = -gap
-      do try = 1, most_tries
+      do try = 1, max_attempts
          way = 2.0_wp*way
          call self%now(t)%gap_and_normal(place + way*outward, beyond, aside)
          if (beyond < 0.0_wp) cycle

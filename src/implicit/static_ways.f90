@@ -90,7 +90,7 @@ contains
                   if (n == 0) cycle
                   longest = fastest_t(way)
                   call take_gradients(level, b, work(:, :9), longest)
-                  strain = max(strain, level%grid%cell*most_strain(work(:n, :9)))
+                  strain = max(strain, level%grid%cell*max_strain(work(:n, :9)))
                   if (longest%particle == 0) cycle
                   way = longest%speed
                   sums = [real(level%blocks(b)%particles%body(longest%particle), wp), &
@@ -134,7 +134,7 @@ contains
    end function may_hold
 
    !> Largest component of strains.
-   pure real(wp) function most_strain(gradient) result(most)
+   pure real(wp) function max_strain(gradient) result(most)
       real(wp), intent(in) :: gradient(:, :) !< (particles, 9)
       integer, parameter :: ij(6) = [1, 5, 9, 2, 3, 6], ji(6) = [1, 5, 9, 4, 7, 8]
       integer :: c
@@ -142,7 +142,7 @@ contains
       do c = 1, 6
          most = max(most, maxval(abs(gradient(:, ij(c)) + gradient(:, ji(c)))))
       end do
-   end function most_strain
+   end function max_strain
 
    !> By how much a gradient turns, about which axis, rad.
    pure function turn(gradient) result(vector)

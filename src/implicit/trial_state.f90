@@ -11,7 +11,7 @@ module m_trial_state
    use m_closed_tangent, only: closed_tangent
    implicit none
    private
-   public :: trial_block_t, verdict_t, relaxation, part_of_gradient, sum_of_squares, squares_of_section
+   public :: trial_block_t, trial_status_t, relaxation, part_of_gradient, sum_of_squares, squares_of_section
 
    integer, parameter :: lanes = 64 !< particles at once: their columns stay in the nearest cache
    real(wp), parameter :: difference = 1.0e-7_wp !< of a component of the gradient
@@ -38,14 +38,14 @@ module m_trial_state
    end type trial_block_t
 
    !> What a trial state says of itself; of one rank.
-   type :: verdict_t
+   type :: trial_status_t
       real(wp) :: smallest = huge(1.0_wp)  !< determinant of I + A
       real(wp) :: largest = 0.0_wp         !< component of A, size
       integer :: block = 0, particle = 0   !< of the smallest determinant
       integer :: level = 0                 !< the same, which the caller sets where it is 0
       logical :: finite = .true.           !< all stresses are numbers
       logical :: too_long = .false.        !< a law wants a smaller step
-   end type verdict_t
+   end type trial_status_t
 
 contains
 
@@ -67,13 +67,13 @@ contains
    end subroutine fit
 
    !> The stress of all particles for the gradient as it stands.
-   subroutine update(self, particles, materials, layout, time_step, verdict, b)
+   subroutine update(self, particles, materials, layout, time_step, trial_status, b)
       class(trial_block_t), intent(inout) :: self
       type(particle_store_t), intent(in) :: particles
       type(materials_t), intent(in) :: materials
       type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: time_step !< s
-      type(verdict_t), intent(inout) :: verdict
+      type(trial_status_t), intent(inout) :: trial_status
       integer, intent(in) :: b !< number of the block, for the verdict
       real(wp) :: determinant(lanes)
       integer :: first, last, n, run
@@ -85,14 +85,14 @@ contains
             n = last - first + 1
             call stress_of(self%parts, particles, materials, layout, time_step, first, n, &
                            self%gradient(first:last, :), self%force(first:last, :), determinant, &
-                           verdict%too_long)
-            verdict%largest = max(verdict%largest, maxval(abs(self%gradient(first:last, :))))
-            if (.not. all(abs(self%force(first:last, :)) <= huge(1.0_wp))) verdict%finite = .false.
-            if (.not. minval(determinant(:n)) >= verdict%smallest) then
-               verdict%smallest = minval(determinant(:n))
-               verdict%block = b
-               verdict%level = 0
-               verdict%particle = first - 1 + minloc(determinant(:n), dim=1)
+                           trial_status%too_long)
+            trial_status%largest = max(trial_status%largest, maxval(abs(self%gradient(first:last, :))))
+            if (.not. all(abs(self%force(first:last, :)) <= huge(1.0_wp))) trial_status%finite = .false.
+            if (.not. minval(determinant(:n)) >= trial_status%smallest) then
+               trial_status%smallest = minval(determinant(:n))
+               trial_status%block = b
+               trial_status%level = 0
+               trial_status%particle = first - 1 + minloc(determinant(:n), dim=1)
             end if
             first = last + 1
          end do
@@ -209,7 +209,7 @@ contains
          do k = 1, parts
             call part_of_gradient(count, gradient, k, parts, time_step, rate)
             call law%update(column, layout, rate, time_step/parts, 1, count)
-            too_long = too_long .or. law%wants_less(column, 1, count)
+            too_long = too_long .or. law%requests_cutback(column, 1, count)
          end do
       end associate
       call pull_back(count, gradient, particles%column(first:first + count - 1, layout%volume), &

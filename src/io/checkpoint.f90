@@ -48,7 +48,7 @@ module m_checkpoint
    end type checkpoint_t
 
    integer(i8), parameter :: longest_case = 2_i8**28  !< bytes
-   integer(i8), parameter :: most_unknowns = 2_i8**24 !< of the contact solver of a rank
+   integer(i8), parameter :: max_unknowns = 2_i8**24 !< of the contact solver of a rank
 
 contains
 
@@ -242,7 +242,7 @@ contains
       call store%input%find_extent('/state/solver', extent, error)
       if (extent(2) /= size(capacity)) return
       call store%longs('/state/solver', capacity, error)
-      if (error%happened() .or. any(capacity < 0 .or. capacity > most_unknowns)) return
+      if (error%happened() .or. any(capacity < 0 .or. capacity > max_unknowns)) return
       call model%contact%solver%fit(model%communicator%comm%MPI_VAL, &
                                     int(capacity(model%communicator%rank + 1)))
    end subroutine describe_solver

@@ -153,16 +153,16 @@ contains
 
    !> The closing words: how it ended, what was done, and lines of the caller (for instance those of the cost
    !> report).
-   subroutine summary(self, verdict, step, time, lines)
+   subroutine summary(self, outcome, step, time, lines)
       class(console_t), intent(inout) :: self
-      character(len=*), intent(in) :: verdict  !< how the run ended, one sentence
+      character(len=*), intent(in) :: outcome  !< how the run ended, one sentence
       integer, intent(in) :: step
       real(wp), intent(in) :: time             !< physical time reached, s
       character(len=*), intent(in) :: lines(:)
       integer :: n
       if (.not. self%speaks) return
       call self%line('')
-      call self%line(verdict)
+      call self%line(outcome)
       call self%line(to_text(step)//' steps to '//si(time, 's')//' in '//duration(self%elapsed()))
       do n = 1, size(lines)
          call self%line(trim(lines(n)))

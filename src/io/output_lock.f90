@@ -27,7 +27,7 @@ module m_output_lock
 
    real(wp), parameter :: touch_every = 30.0_wp !< s
    integer, parameter :: dead_after = 600       !< s
-   integer, parameter :: longest = 4096, most_tries = 10
+   integer, parameter :: longest = 4096, max_attempts = 10
    character(len=*), parameter :: first_line = 'gimp3d output lock'
    character(len=1), parameter :: newline = achar(10)
 
@@ -88,7 +88,7 @@ contains
       if (error%happened()) return
       call file%put(self%text(:len(self%text) - 1), error)
       call file%close(error)
-      do try = 1, most_tries
+      do try = 1, max_attempts
          if (error%happened()) exit
          call link_file(part_name(mine), self%path, self%held)
          if (.not. self%held .and. time_of_file(self%path) < 0) &

@@ -108,7 +108,7 @@ contains
       call MPI_Allreduce(MPI_IN_PLACE, closest, 1, MPI_INTEGER8, MPI_MAX, model%communicator%comm)
       heir = -1
       if (closest < 0) return
-      heir = ior(ibits(id, 0, id_bits), ishft(iand(not(closest), most_ways(id_bits)), id_bits))
+      heir = ior(ibits(id, 0, id_bits), ishft(iand(not(closest), last_way(id_bits)), id_bits))
    end function heir
 
    !> How near a particle is to a probed one; -1: not of the same first parent. The bits above those of the
@@ -122,7 +122,7 @@ contains
       if (ibits(ieor(id, probed), 0, id_bits) /= 0) return
       way = ishft(id, -id_bits)
       common = min(way_bits(id_bits), trailz(ieor(way, ishft(probed, -id_bits))))
-      kinship = ior(ishft(common, way_bits(id_bits)), most_ways(id_bits) - way)
+      kinship = ior(ishft(common, way_bits(id_bits)), last_way(id_bits) - way)
    end function kinship
 
    !> Bits that tell the way through the splits.
@@ -131,9 +131,9 @@ contains
       way_bits = 62 - id_bits
    end function way_bits
 
-   pure integer(i8) function most_ways(id_bits)
+   pure integer(i8) function last_way(id_bits)
       integer, intent(in) :: id_bits
-      most_ways = 2_i8**way_bits(id_bits) - 1_i8
-   end function most_ways
+      last_way = 2_i8**way_bits(id_bits) - 1_i8
+   end function last_way
 
 end module m_probe

@@ -222,10 +222,10 @@ contains
    !> Means of the hat functions of the nodes at -1, 0, +1 over an interval around a place; all in cells.
    pure function mean_hat(place, half) result(hat)
       real(wp), intent(in) :: place, half
-      real(wp) :: hat(0:2), slopes(2)
+      real(wp) :: hat(0:2), slope(2)
       real(wp), parameter :: narrow = 1.0e-6_wp
       if (half > narrow) then
-         call gimp_weights(place, half, hat(0), hat(1), hat(2), slopes(1), slopes(2))
+         call gimp_weights(place, half, hat(0), hat(1), hat(2), slope(1), slope(2))
       else ! a node just beyond, of hardly any mass, must get no more than its hat function has
          hat = hat_of(place)
       end if

@@ -20,7 +20,7 @@ module m_g2p_boxes
       real(wp) :: time_step     !< s; with 0 and flip 1 only the velocity gradient is taken
       real(wp) :: flip_fraction
       integer :: position       !< first column of where the new position goes
-      real(wp) :: unseen = 1.0_wp !< what is left of the velocity that nodes do not see
+      real(wp) :: null_space_share = 1.0_wp !< what is left of the velocity that nodes do not see
       integer :: heat = 0       !< column of the energy that is taken from it; 0: none is
    end type motion_t
 
@@ -302,7 +302,7 @@ contains
       !$omp simd private(p, rest)
       do m = 1, count
          p = before + m
-         rest = taken%motion(before_in_chunk + m, axis) + motion%unseen*(column(p, v) &
+         rest = taken%motion(before_in_chunk + m, axis) + motion%null_space_share*(column(p, v) &
                - taken%motion(before_in_chunk + m, axis))
          column(p, motion%heat) = column(p, motion%heat) &
                                   + 0.5_wp*column(p, layout%mass)*(column(p, v) - rest)*(column(p, v) + rest)

@@ -7,7 +7,7 @@ module m_corotation
    public :: split_gradient, into_frame, out_of_frame, relative_spin, advance_gradient, &
       strain_and_spin, turn_by
 
-   integer, parameter :: most_iterations = 60 !< stretches of 1e6 need 25
+   integer, parameter :: iteration_limit = 60 !< stretches of 1e6 need 25
    real(wp), parameter :: close_enough = 1.0e-8_wp !< last change of R: what is still missing is of its square
 
 contains
@@ -23,7 +23,7 @@ contains
       integer :: iteration, p
       r = f
       change = 1.0_wp
-      do iteration = 1, most_iterations
+      do iteration = 1, iteration_limit
          !$omp simd
          do p = 1, n
             call come_nearer(r(p, 1), r(p, 2), r(p, 3), r(p, 4), r(p, 5), r(p, 6), r(p, 7), r(p, 8), &

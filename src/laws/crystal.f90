@@ -8,7 +8,7 @@ module m_crystal
    use m_value_range, only: above, at_least
    use m_field_table, only: field_table_t, layout_t
    use m_cubic, only: cubic_t
-   use m_crystal_flow, only: slip_t, flow, most_iterations, most_parts
+   use m_crystal_flow, only: slip_t, flow, iteration_limit, max_parts
    use m_lattice, only: gradient_of, tensor_of
    use m_plastic, only: follow_shape
    use m_polar, only: determinant
@@ -44,7 +44,7 @@ module m_crystal
       procedure :: plastic_energy
       procedure :: equivalent_plastic_strain
       procedure :: stretch
-      procedure :: brings
+      procedure :: default_effect
       procedure :: fault_text
       procedure, private :: prepare
       procedure, private :: modulus
@@ -233,17 +233,17 @@ contains
    end function stretch
 
    !> Slip keeps the volume.
-   pure function brings(self) result(name)
+   pure function default_effect(self) result(name)
       class(crystal_t), intent(in) :: self
       character(len=:), allocatable :: name
       name = 'anti_locking'
-   end function brings
+   end function default_effect
 
    pure function fault_text(self) result(text)
       class(crystal_t), intent(in) :: self
       character(len=:), allocatable :: text
-      text = ': no slip was found that agrees with its stress, within '//to_text(most_iterations)// &
-             ' iterations and in '//to_text(most_parts)//' parts of the step; try a smaller safety'
+      text = ': no slip was found that agrees with its stress, within '//to_text(iteration_limit)// &
+             ' iterations and in '//to_text(max_parts)//' parts of the step; try a smaller safety'
    end function fault_text
 
 end module m_crystal

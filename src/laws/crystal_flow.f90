@@ -4,21 +4,21 @@
 module m_crystal_flow
    use m_kinds, only: wp
    use m_polar, only: cofactors, determinant
-   use m_slip_rates, only: crystal_constants_t, rates_t, most_systems, fastest, find_rates, harden, resolve
+   use m_slip_rates, only: crystal_constants_t, rates_t, max_systems, fastest, find_rates, harden, resolve
    use m_slip_systems, only: schmid_columns, schmid_tensor
    implicit none
    private
    public :: slip_t, flow
 
-   integer, parameter, public :: most_iterations = 60 !< of a minimisation
-   integer, parameter, public :: most_rounds = 30     !< of a solve
-   integer, parameter, public :: most_parts = 64      !< that a step is cut into where solves fail
+   integer, parameter, public :: iteration_limit = 60 !< of a minimisation
+   integer, parameter, public :: max_rounds = 30     !< of a solve
+   integer, parameter, public :: max_parts = 64      !< that a step is cut into where solves fail
    real(wp), parameter :: tolerance = 1.0e-7_wp   !< of stress and resistances, in the smallest resistance
    real(wp), parameter :: near = 3.0e-2_wp        !< the same, where Newton's method needs no guard
    real(wp), parameter :: looser = 1.0e-2_wp      !< of a minimisation, than what is wrong around it
    real(wp), parameter :: falls = 0.8_wp          !< what is wrong, at least by this factor in a round
    real(wp), parameter :: tiny_slip = 1.0e-4_wp   !< in a step
-   real(wp), parameter :: most_slope = 0.9_wp     !< behind a step, in that before it
+   real(wp), parameter :: max_slope = 0.9_wp     !< behind a step, in that before it
    real(wp), parameter :: growth = 30.0_wp        !< largest growth of the fastest slip in an iteration
 
    !> One crystal: what flow is given, and what it finds.
@@ -43,7 +43,7 @@ contains
       real(wp), intent(in) :: time_step !< s
       real(wp), intent(in) :: threshold
       type(slip_t), intent(inout) :: one
-      real(wp) :: way(3, 3), back(3, 3), flown(3, 3), stress(8), resistance(most_systems)
+      real(wp) :: way(3, 3), back(3, 3), flown(3, 3), stress(8), resistance(max_systems)
       integer :: part, parts
       one%iterations = 0
       resistance(:constants%width) = one%resistance
@@ -61,7 +61,7 @@ contains
             if (.not. one%found) exit
             back = matmul(back, flown)
          end do
-         if (one%found .or. parts == most_parts) exit
+         if (one%found .or. parts == max_parts) exit
          parts = 2*parts
       end do
       one%elastic = matmul(way, back)
@@ -89,7 +89,7 @@ contains
       real(wp), intent(inout) :: stress(8) !< Mandel's, before and after
       type(slip_t), intent(inout) :: one
       real(wp), intent(out) :: flown(3, 3) !< inverse of the plastic deformation gradient of the step
-      real(wp), dimension(most_systems) :: resistance, harder
+      real(wp), dimension(max_systems) :: resistance, harder
       real(wp) :: c(3, 3), now(8), change(8), target(5), reach, wrong, before, smallest
       type(rates_t) :: rates
       logical :: guarded
@@ -110,7 +110,7 @@ contains
       target = now(:5)
       wrong = smallest
       guarded = .true.
-      do n = 1, most_rounds
+      do n = 1, max_rounds
          if (guarded) then
             call minimise(constants, width, time_step, threshold, target, resistance, reach, &
                           max(tolerance*smallest, looser*wrong), stress, rates, one)
@@ -145,9 +145,9 @@ contains
       type(crystal_constants_t), intent(in) :: constants
       integer, intent(in) :: width
       logical, intent(in) :: guarded
-      real(wp), intent(in) :: reach, now(8), harder(most_systems)
+      real(wp), intent(in) :: reach, now(8), harder(max_systems)
       type(rates_t), intent(in) :: rates
-      real(wp), intent(inout) :: stress(8), resistance(most_systems)
+      real(wp), intent(inout) :: stress(8), resistance(max_systems)
       real(wp) :: change(8), share
       change(6:) = now(6:) - stress(6:)
       call newton_step(constants%compliance, rates%squares, constants%compliance*(stress(:5) - now(:5)) &
@@ -205,13 +205,13 @@ contains
       change = 0.0_wp
       from = stress
       one%found = .false.
-      do n = 1, most_iterations
+      do n = 1, iteration_limit
          one%iterations = one%iterations + 1
          call find_rates(constants, width, time_step, threshold, stress, resistance, rates)
          off = constants%compliance*(stress(:5) - target) + rates%together(:5)
          one%found = maxval(abs(off/constants%compliance)) <= enough
          if (one%found) return
-         if (.not. dot_product(off, change(:5)) <= most_slope*slope) then
+         if (.not. dot_product(off, change(:5)) <= max_slope*slope) then
             share = 0.5_wp*share
          else
             call newton_step(constants%compliance, rates%squares, off, change(:5))
@@ -296,7 +296,7 @@ contains
       real(wp), intent(in) :: schmid(width, 8), stress(8), change(8)
       real(wp), intent(in) :: ratio
       real(wp), intent(in) :: resistance(width) !< Pa
-      real(wp), dimension(most_systems) :: from, way
+      real(wp), dimension(max_systems) :: from, way
       integer :: a
       call resolve(width, schmid, stress, from)
       call resolve(width, schmid, change, way)

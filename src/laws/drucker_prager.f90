@@ -38,7 +38,7 @@ module m_drucker_prager
       procedure :: equivalent_plastic_strain
       procedure :: stretch
       procedure :: for_large_strains
-      procedure :: brings
+      procedure :: default_effect
       procedure, private :: return_one
       procedure, private :: return_to_cone
       procedure, private :: return_to_cap
@@ -85,11 +85,11 @@ contains
       for_large_strains = .true.
    end function for_large_strains
 
-   pure function brings(self) result(name)
+   pure function default_effect(self) result(name)
       class(drucker_prager_t), intent(in) :: self
       character(len=:), allocatable :: name
       name = 'anti_locking'
-   end function brings
+   end function default_effect
 
    pure subroutine declare(self, table, has_tools)
       class(drucker_prager_t), intent(inout) :: self
@@ -200,7 +200,7 @@ contains
       real(wp), intent(in) :: compaction
       real(wp), intent(inout) :: ends(2) !< p, q (Pa): trial, returned
       real(wp), parameter :: close_enough = 1.0e-13_wp
-      integer, parameter :: most_iterations = 200
+      integer, parameter :: iteration_limit = 200
       real(wp) :: trial(2), e(2), off(2), middle, now, bulk
       integer :: iteration, side, last
       bulk = self%lame + 2.0_wp*self%shear/3.0_wp
@@ -214,7 +214,7 @@ contains
       ! there q = 0 and p is the cap's beginning or less: inside
       off(2) = -1.0_wp
       last = 0
-      do iteration = 1, most_iterations
+      do iteration = 1, iteration_limit
          middle = (e(1)*off(2) - e(2)*off(1))/(off(2) - off(1))
          call look(middle, ends, now)
          if (abs(now) <= close_enough .or. e(2) - e(1) <= close_enough*e(2)) exit

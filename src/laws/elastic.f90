@@ -13,10 +13,10 @@ module m_elastic
    type, extends(isotropic_t) :: elastic_t
    contains
       procedure :: update
-      procedure :: slopes
+      procedure :: stress_tangent
       procedure :: strain_energy
       procedure :: stretch
-      procedure :: most_stretch
+      procedure :: max_stretch
       procedure :: failure
    end type elastic_t
 
@@ -95,7 +95,7 @@ contains
    end subroutine turn_and_strain
 
    !> Of this law itself, not of those that extend it.
-   pure subroutine slopes(self, column, layout, gradient, parts, time_step, count, slope, known)
+   pure subroutine stress_tangent(self, column, layout, gradient, parts, time_step, count, slope, known)
       class(elastic_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
@@ -112,7 +112,7 @@ contains
       end select
       if (known) call elastic_slopes(count, self%lame, self%shear, gradient, &
                                      column(:count, layout%stress:layout%stress + 5), stress, slope)
-   end subroutine slopes
+   end subroutine stress_tangent
 
    !> Sum of the strain energy, J: V sigma : C^-1 : sigma / 2, with the share of it that the change of volume
    !> on the way asks for (theory.md, eq. elastic-energy).
@@ -156,15 +156,15 @@ contains
    end function stretch
 
    !> The largest principal stress is no larger than a row of the tensor (Gershgorin).
-   pure real(wp) function most_stretch(self, values, layout)
+   pure real(wp) function max_stretch(self, values, layout)
       class(elastic_t), intent(in) :: self
       real(wp), intent(in) :: values(:)
       type(layout_t), intent(in) :: layout
       real(wp) :: s(6), most
       s = values(layout%stress:layout%stress + 5)
       most = max(s(1) + abs(s(5)) + abs(s(6)), s(2) + abs(s(4)) + abs(s(6)), s(3) + abs(s(4)) + abs(s(5)))
-      most_stretch = exp((most - self%lame*sum(s(1:3))/(3.0_wp*self%lame + 2.0_wp*self%shear)) &
+      max_stretch = exp((most - self%lame*sum(s(1:3))/(3.0_wp*self%lame + 2.0_wp*self%shear)) &
                          /(2.0_wp*self%shear))
-   end function most_stretch
+   end function max_stretch
 
 end module m_elastic

@@ -27,7 +27,7 @@ module m_j2
       procedure :: variables
       procedure :: declare
       procedure :: update
-      procedure :: slopes
+      procedure :: stress_tangent
       procedure :: flow
       procedure :: strain_energy
       procedure, non_overridable :: isotropic_variables
@@ -114,7 +114,7 @@ contains
 
    !> Of this law itself, without back stresses: with d the increment of plastic strain and H the slope of the
    !> yield stress, 3 mu d falls by 3 mu/(3 mu + H) of what is added to the trial stress.
-   pure subroutine slopes(self, column, layout, gradient, parts, time_step, count, slope, known)
+   pure subroutine stress_tangent(self, column, layout, gradient, parts, time_step, count, slope, known)
       class(j2_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
@@ -145,7 +145,7 @@ contains
             drop_slope(p) = 3.0_wp*self%shear/(3.0_wp*self%shear + rise(p))
       end do
       if (any(drop_slope > 0.0_wp)) call return_slopes(count, trial, drop, drop_slope, slope)
-   end subroutine slopes
+   end subroutine stress_tangent
 
    !> Return of n particles from p on to the yield surface about their back stresses (theory.md, eq.
    !> kinematic). What does not flow keeps its bits.
@@ -210,28 +210,28 @@ contains
       real(wp), intent(inout) :: slope(few) !< of the yield stress, before the step
       type(trial_t), intent(inout) :: trial
       real(wp), intent(out) :: d(few)
-      integer, parameter :: most_iterations = 100
+      integer, parameter :: iteration_limit = 100
       real(wp), parameter :: residual_allowed = 1.0e-14_wp
-      real(wp) :: softening, worst
+      real(wp) :: return_slope, worst
       real(wp), dimension(few) :: low, high, now, at, allowed, left_over
       integer :: i, iteration
-      softening = 3.0_wp*self%shear
+      return_slope = 3.0_wp*self%shear
       !$omp simd
       do i = 1, trial%n
          allowed(i) = merge(residual_allowed*trial%size(i), huge(1.0_wp), excess(i) > 0.0_wp)
          low(i) = 0.0_wp
-         high(i) = max(excess(i), 0.0_wp)/softening
-         d(i) = min(max(excess(i)/(softening + slope(i) - trial%slope(i)), 0.0_wp), high(i))
+         high(i) = max(excess(i), 0.0_wp)/return_slope
+         d(i) = min(max(excess(i)/(return_slope + slope(i) - trial%slope(i)), 0.0_wp), high(i))
       end do
-      do iteration = 1, most_iterations
+      do iteration = 1, iteration_limit
          call self%kinematic%look(d, trial)
          at(:trial%n) = strain(:trial%n) + d(:trial%n)
          call self%curve(at(:trial%n), now(:trial%n), slope(:trial%n))
          worst = 0.0_wp
          !$omp simd reduction(max: worst)
          do i = 1, trial%n
-            call improve(trial%size(i) - trial%drop(i) - softening*d(i) - now(i), &
-                         softening + slope(i) - trial%slope(i), allowed(i), low(i), high(i), d(i), &
+            call improve(trial%size(i) - trial%drop(i) - return_slope*d(i) - now(i), &
+                         return_slope + slope(i) - trial%slope(i), allowed(i), low(i), high(i), d(i), &
                          left_over(i))
             worst = max(worst, left_over(i))
          end do
@@ -347,16 +347,16 @@ contains
 
    !> Flow within one segment until the trial stress is met or the segment ends; nothing where the segment
    !> lies behind.
-   pure elemental subroutine walk(before, end, slope, softening, beyond, strength, strain, work)
+   pure elemental subroutine walk(before, end, slope, return_slope, beyond, strength, strain, work)
       real(wp), intent(in) :: before    !< plastic strain before the step
       real(wp), intent(in) :: end       !< of the segment
       real(wp), intent(in) :: slope     !< Pa
-      real(wp), intent(in) :: softening !< fall of the trial stress per plastic strain, 3 times the shear
+      real(wp), intent(in) :: return_slope !< fall of the trial stress per plastic strain, 3 times the shear
                                         !< modulus, Pa
       real(wp), intent(inout) :: beyond, strength, strain, work
       real(wp) :: part
-      part = min(max(end - (before + strain), 0.0_wp), beyond/(softening + slope))
-      beyond = max(beyond - part*(softening + slope), 0.0_wp)
+      part = min(max(end - (before + strain), 0.0_wp), beyond/(return_slope + slope))
+      beyond = max(beyond - part*(return_slope + slope), 0.0_wp)
       work = work + part*(strength + 0.5_wp*slope*part)
       strength = strength + slope*part
       strain = strain + part

@@ -11,7 +11,7 @@ module m_johnson_cook
    private
    public :: johnson_cook_t
 
-   integer, parameter :: most_iterations = 40 !< two to six are needed, at the very first yield up to 16
+   integer, parameter :: iteration_limit = 40 !< two to six are needed, at the very first yield up to 16
    !> Last change of ln d. The error that it leaves is at most half of its square, n/2 of it: round-off. Where
    !> the rate is within this of the reference rate it is at most this.
    real(wp), parameter :: close_enough = 3.0e-9_wp
@@ -166,7 +166,7 @@ contains
       slowest = log(max(self%reference_rate*time_step, tiny(time_step)))
       u(:size(trial)) = log(excess/(3.0_wp*self%shear))
       change(:size(trial)) = 1.0_wp
-      do iteration = 1, most_iterations
+      do iteration = 1, iteration_limit
          worst = 0.0_wp
          !$omp simd reduction(max: worst)
          do i = 1, size(trial)
@@ -181,15 +181,15 @@ contains
    end subroutine solve
 
    !> One iteration of one particle, none where the last change of u was small enough.
-   pure elemental subroutine improve(a, b, n, c, slowest, softening, trial, before, factor, u, change)
-      real(wp), intent(in) :: a, b, n, c, slowest, softening, trial, before, factor
+   pure elemental subroutine improve(a, b, n, c, slowest, return_slope, trial, before, factor, u, change)
+      real(wp), intent(in) :: a, b, n, c, slowest, return_slope, trial, before, factor
       real(wp), intent(inout) :: u, change
       real(wp) :: strain, hardening, rate, beyond, slope
       strain = exp(u)
       hardening = b*exp(n*log(before + strain))
       rate = 1.0_wp + c*max(u - slowest, 0.0_wp)
-      beyond = trial - softening*strain - (a + hardening)*rate*factor
-      slope = softening*strain + factor*(n*hardening*strain/(before + strain)*rate &
+      beyond = trial - return_slope*strain - (a + hardening)*rate*factor
+      slope = return_slope*strain + factor*(n*hardening*strain/(before + strain)*rate &
                                          + merge(c, 0.0_wp, u > slowest)*(a + hardening))
       slope = merge(1.0_wp, 0.0_wp, abs(change) > close_enough)/slope ! no branch: vectors of exp stay
       change = beyond*slope

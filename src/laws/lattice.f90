@@ -179,7 +179,7 @@ contains
       real(wp), intent(inout), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: first, last
-      integer, parameter :: most_steps = 100
+      integer, parameter :: max_steps = 100
       real(wp) :: q(4), r(3, 3), u(3, 3), wanted(6), e(6), missing(6)
       integer :: p, step
       do p = first, last
@@ -187,7 +187,7 @@ contains
          r = matrix_of(q)
          wanted = columns_of(matmul(transpose(r), matmul(tensor_of(stress), r)))
          u = tensor_of(column(p, self%elastic:self%elastic + 5))
-         do step = 1, most_steps
+         do step = 1, max_steps
             missing = wanted - columns_of(stress_along_axes(self%stiffness, u))
             if (maxval(abs(missing)) <= 8.0_wp*epsilon(1.0_wp)*maxval(abs(wanted))) exit
             e = matmul(self%compliance, missing)

@@ -32,9 +32,9 @@ module m_material
       procedure :: energy_of_stress
       procedure :: fault_text
       procedure :: take_heat
-      procedure :: slopes
-      procedure :: wants_less
-      procedure :: goes_on
+      procedure :: stress_tangent
+      procedure :: requests_cutback
+      procedure :: is_time_dependent
       procedure :: static_parts
       procedure :: failure
       procedure(modulus_interface), deferred :: p_wave_modulus
@@ -42,7 +42,7 @@ module m_material
       procedure(update_interface), deferred :: update
       procedure(energy_interface), deferred :: strain_energy
       procedure(stretch_interface), deferred :: stretch
-      procedure :: most_stretch
+      procedure :: max_stretch
    end type material_t
 
    abstract interface
@@ -108,12 +108,12 @@ contains
 
    !> No `stretch` of a particle is larger, in whichever direction; huge where the law does not say. The
    !> search for contact looks less far where it is small.
-   pure real(wp) function most_stretch(self, values, layout)
+   pure real(wp) function max_stretch(self, values, layout)
       class(material_t), intent(in) :: self
       real(wp), intent(in) :: values(:) !< the particle's columns
       type(layout_t), intent(in) :: layout
-      most_stretch = huge(1.0_wp)
-   end function most_stretch
+      max_stretch = huge(1.0_wp)
+   end function max_stretch
 
    !> Add the fields that the law needs beyond stress, and remember their columns; most need none. The
    !> particles of all bodies of a scene carry them.
@@ -178,7 +178,7 @@ contains
 
    !> The derivative of the stress of particles 1..count after a step by the gradient A of its displacement,
    !> of laws that have it in closed form: d c/d kl at 6 (kl-1) + c, Pa. `column`: at the step's beginning.
-   pure subroutine slopes(self, column, layout, gradient, parts, time_step, count, slope, known)
+   pure subroutine stress_tangent(self, column, layout, gradient, parts, time_step, count, slope, known)
       class(material_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
@@ -189,21 +189,21 @@ contains
       real(wp), intent(inout), contiguous :: slope(:, :) !< (count, 54)
       logical, intent(out) :: known !< false: differences of the stress have to do
       known = .false.
-   end subroutine slopes
+   end subroutine stress_tangent
 
    !> True where the law wants a smaller step than that which particles first..last have taken.
-   pure logical function wants_less(self, column, first, last)
+   pure logical function requests_cutback(self, column, first, last)
       class(material_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
       integer, intent(in) :: first, last
-      wants_less = .false.
-   end function wants_less
+      requests_cutback = .false.
+   end function requests_cutback
 
    !> True of a law whose stress may change with time alone, as by creep.
-   pure logical function goes_on(self)
+   pure logical function is_time_dependent(self)
       class(material_t), intent(in) :: self
-      goes_on = .false.
-   end function goes_on
+      is_time_dependent = .false.
+   end function is_time_dependent
 
    !> What is wrong with a particle whose stress the law has made no number, for the end of a sentence; empty:
    !> the law does no such thing.

@@ -13,7 +13,7 @@ module m_maxwell
    private
    public :: maxwell_t
 
-   integer, parameter :: lanes = 128, most_branches = 16
+   integer, parameter :: lanes = 128, max_branches = 16
    real(wp), parameter :: short = 0.1_wp !< of a relaxation time: such a step's work is taken by Simpson's
                                          !< rule
 
@@ -36,7 +36,7 @@ module m_maxwell
       procedure :: strain_energy
       procedure :: plastic_energy
       procedure :: stretch
-      procedure :: goes_on
+      procedure :: is_time_dependent
       procedure, private :: moduli
       procedure, private :: advance
    end type maxwell_t
@@ -55,8 +55,8 @@ contains
          call group%refuse('shear_ratios', 'missing; one of shear_ratios and bulk_ratios must be there')
       if (.not. allocated(self%shear_ratios)) self%shear_ratios = 0.0_wp*self%relaxation_times
       if (.not. allocated(self%bulk_ratios)) self%bulk_ratios = 0.0_wp*self%relaxation_times
-      if (size(self%relaxation_times) > most_branches) &
-         call group%refuse('relaxation_times', 'must be at most '//to_text(most_branches)//' numbers')
+      if (size(self%relaxation_times) > max_branches) &
+         call group%refuse('relaxation_times', 'must be at most '//to_text(max_branches)//' numbers')
       call check('shear_ratios', self%shear_ratios)
       call check('bulk_ratios', self%bulk_ratios)
    contains
@@ -98,10 +98,10 @@ contains
       if (self%shape > 0) column(first:last, self%shape:self%shape + 2) = 1.0_wp
    end subroutine initial
 
-   pure logical function goes_on(self)
+   pure logical function is_time_dependent(self)
       class(maxwell_t), intent(in) :: self
-      goes_on = .true.
-   end function goes_on
+      is_time_dependent = .true.
+   end function is_time_dependent
 
    !> All branches have relaxed: the spring beside them bears it.
    pure subroutine begin_stressed(self, stress, column, layout, first, last)

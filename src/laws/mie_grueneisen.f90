@@ -42,7 +42,7 @@ module m_mie_grueneisen
       procedure :: equivalent_plastic_strain
       procedure :: stretch
       procedure :: for_large_strains
-      procedure :: brings
+      procedure :: default_effect
       procedure :: failure
       procedure :: take_heat
       procedure :: takes_heat
@@ -83,11 +83,11 @@ contains
       for_large_strains = .true.
    end function for_large_strains
 
-   pure function brings(self) result(name)
+   pure function default_effect(self) result(name)
       class(mie_grueneisen_t), intent(in) :: self
       character(len=:), allocatable :: name
       name = 'anti_locking'
-   end function brings
+   end function default_effect
 
    !> The fields of strength, the internal energy and the heat of shocks.
    pure subroutine declare(self, table, has_tools)

@@ -15,10 +15,10 @@ module m_neo_hookean
       procedure :: initial
       procedure :: begin_stressed
       procedure :: update
-      procedure :: slopes
+      procedure :: stress_tangent
       procedure :: strain_energy
       procedure :: stretch
-      procedure :: most_stretch
+      procedure :: max_stretch
       procedure :: for_large_strains
    end type neo_hookean_t
 
@@ -128,7 +128,7 @@ contains
    end subroutine update
 
    !> With l = dA (I + A)^-1, which parts of a step do not change: db = l b + b l^T, dJ = J tr l.
-   pure subroutine slopes(self, column, layout, gradient, parts, time_step, count, slope, known)
+   pure subroutine stress_tangent(self, column, layout, gradient, parts, time_step, count, slope, known)
       class(neo_hookean_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
@@ -174,7 +174,7 @@ contains
             end do
          end do
       end do
-   end subroutine slopes
+   end subroutine stress_tangent
 
    !> v <- v + dt L v. Here, and not taken from another module: only so it is put into the loop.
    pure elemental subroutine push(dt, l11, l21, l31, l12, l22, l32, l13, l23, l33, x, y, z)
@@ -254,13 +254,13 @@ contains
    end function stretch
 
    !> The largest eigenvalue of F F^T is no larger than a row of it (Gershgorin).
-   pure real(wp) function most_stretch(self, values, layout)
+   pure real(wp) function max_stretch(self, values, layout)
       class(neo_hookean_t), intent(in) :: self
       real(wp), intent(in) :: values(:)
       type(layout_t), intent(in) :: layout
       real(wp) :: f(3, 3)
       f = reshape(values(layout%deformation:layout%deformation + 8), [3, 3])
-      most_stretch = sqrt(maxval(sum(abs(matmul(f, transpose(f))), dim=1)))
-   end function most_stretch
+      max_stretch = sqrt(maxval(sum(abs(matmul(f, transpose(f))), dim=1)))
+   end function max_stretch
 
 end module m_neo_hookean

@@ -14,8 +14,8 @@ module m_norton
    real(wp), parameter :: never = 1.0e30_wp        !< Pa, yield stress of what does not yield
    real(wp), parameter :: close_enough = 3.0e-14_wp !< error allowed of the logarithm of von Mises' stress
    real(wp), parameter :: negligible = 1.0e-17_wp  !< drop of stress in a step, relative: none
-   real(wp), parameter :: least_stress = 1.0e-100_wp !< Pa, in place of none
-   integer, parameter :: most_iterations = 60      !< three to eight are needed
+   real(wp), parameter :: min_stress = 1.0e-100_wp !< Pa, in place of none
+   integer, parameter :: iteration_limit = 60      !< three to eight are needed
 
    !> The creep rate at the von Mises stress q: creep_rate (q/creep_stress)^creep_exponent, or by the points
    !> of a table, straight between them on logarithmic axes, and beyond them as in the last interval.
@@ -32,7 +32,7 @@ module m_norton
       procedure :: variables
       procedure :: declare
       procedure :: flow
-      procedure :: goes_on
+      procedure :: is_time_dependent
       procedure :: static_parts
       procedure, private :: relax
       procedure, private :: relax_all
@@ -92,10 +92,10 @@ contains
       static_parts = 4
    end function static_parts
 
-   pure logical function goes_on(self)
+   pure logical function is_time_dependent(self)
       class(norton_t), intent(in) :: self
-      goes_on = .true.
-   end function goes_on
+      is_time_dependent = .true.
+   end function is_time_dependent
 
    !> Creep takes its share of the deviator first; what is left above the yield stress flows as in j2. The
    !> work of creep is that of the mean of the stresses before and after the step (theory.md, eq. creep-work).
@@ -155,10 +155,10 @@ contains
       factor = 3.0_wp*self%shear*dt*self%creep_rate(1)
       shift = log(self%creep_stress(1))
       enough = sqrt(close_enough/max(1.0_wp, 0.125_wp*(self%creep_exponent - 1.0_wp)**2))
-      aim = log(max(trial, least_stress))
+      aim = log(max(trial, min_stress))
       u = aim
       last = 1.0_wp
-      do iteration = 1, most_iterations
+      do iteration = 1, iteration_limit
          worst = 0.0_wp
          !$omp simd private(crept, side, now, change) reduction(max: worst)
          do i = 1, size(trial)
@@ -190,7 +190,7 @@ contains
       u = log(trial)
       q = trial
       grown = 0.0_wp
-      do iteration = 1, most_iterations
+      do iteration = 1, iteration_limit
          call self%rate_of(q, rate, rate_slope)
          call grow(self, q, dt, primary, grown, grown_slope)
          side = q + 3.0_wp*self%shear*(dt*rate + grown)

@@ -34,9 +34,9 @@ module m_plastic
       procedure :: plastic_energy
       procedure :: equivalent_plastic_strain
       procedure :: stretch
-      procedure :: most_stretch
+      procedure :: max_stretch
       procedure :: for_large_strains
-      procedure :: brings
+      procedure :: default_effect
       procedure(flow_interface), deferred :: flow
    end type plastic_t
 
@@ -64,11 +64,11 @@ contains
 
    !> Plastic flow keeps the volume: with several particles a cell the grid locks (theory.md, eq.
    !> anti-locking).
-   pure function brings(self) result(name)
+   pure function default_effect(self) result(name)
       class(plastic_t), intent(in) :: self
       character(len=:), allocatable :: name
       name = 'anti_locking'
-   end function brings
+   end function default_effect
 
    !> Equivalent plastic strain and plastic work. The stress says nothing of the thickness of a particle that
    !> has flowed: where there are tools, which must know it, the left Cauchy-Green tensor is carried too.
@@ -231,15 +231,15 @@ contains
    end function stretch
 
    !> The largest principal value of b is no larger than a row of it (Gershgorin).
-   pure real(wp) function most_stretch(self, values, layout)
+   pure real(wp) function max_stretch(self, values, layout)
       class(plastic_t), intent(in) :: self
       real(wp), intent(in) :: values(:)
       type(layout_t), intent(in) :: layout
       associate (b => values(self%shape:self%shape + 5))
-         most_stretch = sqrt(max(b(1) + abs(b(5)) + abs(b(6)), b(2) + abs(b(4)) + abs(b(6)), &
+         max_stretch = sqrt(max(b(1) + abs(b(5)) + abs(b(6)), b(2) + abs(b(4)) + abs(b(6)), &
                                  b(3) + abs(b(4)) + abs(b(5))))
       end associate
-   end function most_stretch
+   end function max_stretch
 
    !> sqrt(n . b . n).
    pure real(wp) function shape_stretch(b, n)

@@ -6,7 +6,7 @@ module m_slip_rates
    private
    public :: crystal_constants_t, rates_t, slip_threshold, find_rates, harden, resolve, fastest
 
-   integer, parameter, public :: most_systems = 48
+   integer, parameter, public :: max_systems = 48
    real(wp), parameter :: negligible = 1.0e-18_wp !< slip of a step that is none
 
    !> What does not change from particle to particle. Arrays over systems are filled up to whole vectors, with
@@ -34,8 +34,8 @@ module m_slip_rates
       real(wp) :: fastest      !< largest ratio of resolved shear stress to resistance
       real(wp) :: work         !< sum of tau times slip, J/m3
       real(wp) :: slip         !< sum without sign
-      real(wp) :: slips(most_systems) !< of the systems
-      real(wp) :: rises(most_systems) !< d slip/d tau, 1/Pa
+      real(wp) :: slips(max_systems) !< of the systems
+      real(wp) :: rises(max_systems) !< d slip/d tau, 1/Pa
    end type rates_t
 
 contains
@@ -78,7 +78,7 @@ contains
       real(wp), intent(in) :: time_step, threshold
       real(wp), intent(in) :: stress(8), resistance(width) !< Pa
       type(rates_t), intent(out) :: rates
-      real(wp), dimension(most_systems) :: tau, ratio, slip
+      real(wp), dimension(max_systems) :: tau, ratio, slip
       call resolve(width, constants%schmid, stress, tau)
       ratio(:width) = max(abs(tau(:width))/resistance, threshold)
       call raise(width, constants%sensitivity, constants%power, ratio, slip)
@@ -153,7 +153,7 @@ contains
       integer, intent(in) :: width, power !< 1/m as a whole number, 0: it is none
       real(wp), intent(in) :: sensitivity, ratio(width)
       real(wp), intent(out) :: raised(width)
-      real(wp) :: base(most_systems)
+      real(wp) :: base(max_systems)
       integer :: left
       if (power == 0) then
          raised = ratio**(1.0_wp/sensitivity)
@@ -174,7 +174,7 @@ contains
    pure real(wp) function fastest(width, schmid, stress, resistance) result(largest)
       integer, intent(in) :: width
       real(wp), intent(in) :: schmid(width, 8), stress(8), resistance(width)
-      real(wp) :: tau(most_systems)
+      real(wp) :: tau(max_systems)
       call resolve(width, schmid, stress, tau)
       largest = maxval(abs(tau(:width))/resistance)
    end function fastest

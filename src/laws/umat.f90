@@ -46,10 +46,10 @@ module m_umat
    contains
       procedure :: load
       procedure :: evaluate
-      procedure :: slopes
-      procedure :: wants_less
+      procedure :: stress_tangent
+      procedure :: requests_cutback
       procedure :: fault_text
-      procedure :: goes_on
+      procedure :: is_time_dependent
    end type umat_t
 
 contains
@@ -141,7 +141,7 @@ contains
 
    !> By DDSDDE, which is that of Jaumann's rate of Kirchhoff's stress over J: with l = dA F^-1, d and w its
    !> parts, d sigma = DDSDDE : d - sigma tr d + w sigma - sigma w (theory.md, eq. umat-tangent).
-   pure subroutine slopes(self, column, layout, gradient, parts, time_step, count, slope, known)
+   pure subroutine stress_tangent(self, column, layout, gradient, parts, time_step, count, slope, known)
       class(umat_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
@@ -177,7 +177,7 @@ contains
             slope(p, 6*kl - 5:6*kl) = flat(matrix_of)
          end do
       end do
-   end subroutine slopes
+   end subroutine stress_tangent
 
    !> (I + A)^-1.
    pure function inverse_of(a) result(inverse)
@@ -196,12 +196,12 @@ contains
    end function inverse_of
 
    !> PNEWDT was below 1 in one of the particles.
-   pure logical function wants_less(self, column, first, last)
+   pure logical function requests_cutback(self, column, first, last)
       class(umat_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
       integer, intent(in) :: first, last
-      wants_less = any(column(first:last, self%share) < 1.0_wp)
-   end function wants_less
+      requests_cutback = any(column(first:last, self%share) < 1.0_wp)
+   end function requests_cutback
 
    pure function fault_text(self) result(text)
       class(umat_t), intent(in) :: self
@@ -211,9 +211,9 @@ contains
    end function fault_text
 
    !> Nobody knows: steps are as if it did.
-   pure logical function goes_on(self)
+   pure logical function is_time_dependent(self)
       class(umat_t), intent(in) :: self
-      goes_on = .true.
-   end function goes_on
+      is_time_dependent = .true.
+   end function is_time_dependent
 
 end module m_umat

@@ -20,7 +20,7 @@ module m_user_law
    public :: user_law_t, points_t, room_for, tensor_place, matrix_place
 
    integer, parameter :: lanes = 128 !< particles of a call; laws may have work arrays of maxblk = 136
-   integer, parameter :: longest_name = 1024, most_states = 200
+   integer, parameter :: longest_name = 1024, max_states = 200
    integer, parameter :: spare_states = 8 !< columns behind the states: whether a law goes beyond them
    real(wp), parameter :: untouched = 8.0e66_wp !< what stands there
    real(wp), parameter :: not_written = -huge(1.0_wp) !< an energy that the law has left alone
@@ -91,14 +91,14 @@ contains
       if (.not. allocated(self%checksum)) self%checksum = ''
       if (.not. group%is_writing() .or. self%checksum /= '') &
          call group%get_text('checksum', self%checksum, longest_name)
-      if (self%states > most_states) call group%refuse('states', 'must be a whole number from 0 to '// &
-                                                       to_text(most_states))
+      if (self%states > max_states) call group%refuse('states', 'must be a whole number from 0 to '// &
+                                                       to_text(max_states))
       if (.not. group%is_reading()) return
       if (.not. allocated(self%constants)) allocate (self%constants(0))
       if (.not. allocated(self%label)) self%label = ''
       call group%get_name('name', self%label)
       call group%get('density', self%density, above(0.0_wp, 'kg/m3'))
-      if (self%states > most_states .or. .not. self%density > 0.0_wp) return
+      if (self%states > max_states .or. .not. self%density > 0.0_wp) return
       call self%load(group, found)
       if (.not. found) return
       self%called = name_foreign_code(self%library)
@@ -334,7 +334,7 @@ contains
       real(wp) :: answer(6, 12)
       integer :: call_number, k
       do call_number = 1, 2
-         points = room_for(12, self%states, .not. self%turns, most_states)
+         points = room_for(12, self%states, .not. self%turns, max_states)
          points%time_step = probe_step
          points%density = self%density
          points%size = 1.0_wp
@@ -350,7 +350,7 @@ contains
          points%deformation(:, 1:6) = points%stretch
          points%deformation(:, 7:9) = points%stretch(:, 4:6)
          call ask(self, points, exit_input)
-         do k = most_states, 1, -1
+         do k = max_states, 1, -1
             if (all(abs(points%state(:, self%states + k) - untouched) <= 0.0_wp)) cycle
             call group%refuse('states', 'the law writes to state variable '//to_text(self%states + k)// &
                               '; allowed: at least as many states as it has')

@@ -46,7 +46,7 @@ module m_composite
       procedure :: is_parent, receives, has_edge, constrained
       procedure :: restrict, restrict_change, add_to_parents, collect_change
       procedure :: collect_lag_force, keep_lag_force, set_constrained_lag, add_parent_lag
-      procedure :: prolong, correct, set_constrained, keep_push
+      procedure :: prolong, correct, set_constrained, keep_nodal_force
       procedure :: release
    end type composite_t
 
@@ -257,14 +257,14 @@ contains
    end subroutine keep_lag_force
 
    !> What effects on nodes add to the acceleration of the nodes of block b of the coarser level, m/s2.
-   subroutine keep_push(self, b, push)
+   subroutine keep_nodal_force(self, b, push)
       class(composite_t), intent(inout) :: self
       integer, intent(in) :: b
       real(wp), intent(in) :: push(3, 0:tile_last, 0:tile_last, 0:tile_last)
       if (.not. allocated(self%pushed)) &
          allocate (self%pushed(3, 0:tile_last, 0:tile_last, 0:tile_last, size(self%receiving)), source=0.0_wp)
       self%pushed(:, :, :, :, b) = push
-   end subroutine keep_push
+   end subroutine keep_nodal_force
 
    !> What velocity gradients of constrained nodes are to know of the forces on the nodes of a parent (eq.
    !> lag), as an acceleration in the places of a velocity, inside the boundary conditions: the finer level's

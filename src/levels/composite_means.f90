@@ -7,7 +7,7 @@ module m_composite_means
    use m_communicator, only: communicator_t
    use m_level, only: level_t
    use m_composite, only: composite_t
-   use m_edge, only: hand_up, take_means, patch_last
+   use m_edge, only: restrict_to, take_means, patch_last
    implicit none
    private
    public :: add_from_finer, take_from_coarser
@@ -21,7 +21,7 @@ contains
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: fine
       real(wp), intent(in) :: sums(node_values, 0:tile_last, 0:tile_last, 0:tile_last, *) !< of the finer one
-      real(wp), intent(in) :: arm !< as in `hand_up`, m
+      real(wp), intent(in) :: arm !< as in `restrict_to`, m
       real(wp), intent(inout) :: tiles(node_values, 0:tile_last, 0:tile_last, 0:tile_last, *)
       real(wp), allocatable :: patches(:, :, :, :, :)
       integer :: c, e
@@ -29,7 +29,7 @@ contains
          allocate (patches(composite%values, 0:patch_last, 0:patch_last, 0:patch_last, size(edges)), &
                    source=0.0_wp)
          do e = 1, composite%own
-            call hand_up(edges(e), sums(:, :, :, :, edges(e)%block), arm, patches(:, :, :, :, e))
+            call restrict_to(edges(e), sums(:, :, :, :, edges(e)%block), arm, patches(:, :, :, :, e))
          end do
          call composite%exchange%exchange(communicator, patches, upwards=.true.)
          do c = 1, size(composite%by_index)

@@ -20,7 +20,7 @@ module m_edge
    implicit none
    private
    public :: edge_t, has_constrained, make_edge, clear_covered, restrict_sums, restrict_lag, prolong_motion, &
-             prolong_lag, interpolate_motion, interpolate_lag, coarse_nodes, hand_up, take_means
+             prolong_lag, interpolate_motion, interpolate_lag, coarse_nodes, restrict_to, take_means
 
    integer, parameter, public :: patch_last = 5 !< patches run from 0 to here
    integer, parameter, public :: lag_first = node_values + 1, lag_last = node_values + 3 !< up: the force that
@@ -323,7 +323,7 @@ contains
 
    !> To the nodes of a patch what the constrained nodes of a tile have in sums over all blocks: of volumes
    !> and values that go with them.
-   pure subroutine hand_up(edge, tile, arm, patch)
+   pure subroutine restrict_to(edge, tile, arm, patch)
       type(edge_t), intent(in) :: edge
       real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       real(wp), intent(in) :: arm !< the tile's cell (m) where values 2 to 4 are volume times a place, which
@@ -347,7 +347,7 @@ contains
             end do
          end do
       end do
-   end subroutine hand_up
+   end subroutine restrict_to
 
    !> The means of constrained nodes from those of the nodes that they depend on. What is in a tile and in a
    !> patch are means, but for the volume in front, which stays.

@@ -37,7 +37,7 @@ contains
                do i = 0, n(1) - 1
                   middle = grid%lower + ([i, j, k] + 0.5_wp)*grid%cell
                   do e = 1, size(scene%bodies)
-                     if (.not. scene%bodies(e)%shape%least_distance(middle) < half) cycle
+                     if (.not. scene%bodies(e)%shape%min_distance(middle) < half) cycle
                      lowest(i, j, k) = min(lowest(i, j, k), scene%bodies(e)%field)
                      highest(i, j, k) = max(highest(i, j, k), scene%bodies(e)%field)
                   end do

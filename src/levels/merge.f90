@@ -58,7 +58,7 @@ contains
                last = last + 1
             end do
             if (last - first >= parts - 1) then
-               do generation = 3, at%most_generations() ! parts of parts may have the same parent
+               do generation = 3, at%max_generations() ! parts of parts may have the same parent
                   members = pack(small(first:last), &
                                  nint(block%particles%column(small(first:last), at%generation)) == generation)
                   if (size(members) == parts) &

@@ -183,7 +183,7 @@ contains
             cycle
          end if
          generation = nint(parts(fine%layout%generation, n))
-         if (generation + 3 > fine%layout%most_generations()) then
+         if (generation + 3 > fine%layout%max_generations()) then
             associate (x => parts(fine%layout%position:fine%layout%position + 2, n))
                call fail(error, exit_numerical, 'particle '//to_text(ids(n))//' of body '// &
                          to_text(int(body))//' at ('//to_text(x(1))//', '//to_text(x(2))//', '// &

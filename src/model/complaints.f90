@@ -17,7 +17,7 @@ module m_complaints
 
    character(len=*), parameter :: unstable = ': the motion is unstable; try a smaller safety'
 
-   real(wp), parameter, public :: most_cells_a_step = 0.5_wp !< of a particle in a step of its level along an
+   real(wp), parameter, public :: max_cells_a_step = 0.5_wp !< of a particle in a step of its level along an
                                                              !< axis, in cells of the level
 
 contains
@@ -44,7 +44,7 @@ contains
                          ' has a position that is not a number'//unstable, recoverable=.true.)
             else
                call fail(error, exit_numerical, particle_text(model, l, b, p)// &
-                         ' moved further than the next block, at most '//to_text(most_cells_a_step)// &
+                         ' moved further than the next block, at most '//to_text(max_cells_a_step)// &
                          ' cells a step are allowed'//unstable, recoverable=.true.)
             end if
          end do
@@ -60,7 +60,7 @@ contains
       integer(i8) :: id
       integer :: body, r
       real(wp) :: place(3)
-      do r = 1, model%migration(l)%homeless%count
+      do r = 1, model%migration(l)%unassigned%count
          call model%migration(l)%identify(model%levels(l), r, id, body, place)
          call fail(error, exit_numerical, when(model)//'particle '//to_text(id)//' of body '// &
                    to_text(body)//' at '// &
@@ -125,7 +125,7 @@ contains
       type(error_t), intent(inout) :: error
       call fail(error, exit_numerical, particle_text(model, l, b, fastest%particle)//' moved '// &
                 to_text(fastest%speed*time_step*model%levels(l)%grid%per_cell, 3)//' cells in a step, at '// &
-                to_text(fastest%speed, 3)//' m/s; at most '//to_text(most_cells_a_step)// &
+                to_text(fastest%speed, 3)//' m/s; at most '//to_text(max_cells_a_step)// &
                 ' cells are allowed'//unstable, recoverable=.true.)
    end subroutine report_too_fast
 

@@ -44,8 +44,9 @@ module m_effect_step
       logical :: leads = .true. !< positions are ahead of velocities by half a step
       logical :: follows_particles = .false. !< all external work is known by the particles' motion too
       integer, allocatable, private :: kind(:) !< of the work of each effect
-      real(wp), allocatable, private :: push(:, :, :, :, :, :) !< (3, 0:9, 0:9, 0:9, kinds, own blocks), N
-      real(wp), allocatable, private :: earlier_push(:, :, :, :, :, :) !< the same at another time of the step
+      real(wp), allocatable, private :: nodal_force(:, :, :, :, :, :)   !< N, (3, 0:9, 0:9, 0:9, kinds,
+                                                                        !< own blocks)
+      real(wp), allocatable, private :: earlier_force(:, :, :, :, :, :) !< at another time of the step
       real(wp), allocatable, private :: mass(:, :, :, :) !< each block's own share of that of its nodes, where
                                                          !< effects change nodes: (0:9, 0:9, 0:9, own blocks),
                                                          !< kg
@@ -62,18 +63,18 @@ module m_effect_step
       procedure :: keep_masses
       procedure :: change_nodes
       procedure :: measure
-      procedure :: scale_push
-      procedure :: keep_push
-      procedure :: mean_push
+      procedure :: scale_nodal_force
+      procedure :: keep_nodal_force
+      procedure :: mean_nodal_force
       procedure :: is_loaded
       procedure :: mark
       procedure :: follow
       procedure :: change_gradient
       procedure :: change_stress
-      procedure :: fold
-      procedure :: booked
+      procedure :: reduce_accumulated
+      procedure :: accumulated
       procedure :: work_ahead
-      procedure :: book
+      procedure :: accumulate
    end type effect_step_t
 
 contains
@@ -119,7 +120,7 @@ contains
       real(wp) :: before(3, 0:tile_last, 0:tile_last, 0:tile_last)
       integer :: i, e
       call fit_push(self, size(level%blocks))
-      self%push(:, :, :, :, :, b) = 0.0_wp
+      self%nodal_force(:, :, :, :, :, b) = 0.0_wp
       if (.not. self%adds_forces) return
       before = level%nodes(f_x:f_z, :, :, :, b)
       associate (block => level%blocks(b))
@@ -143,20 +144,21 @@ contains
          end do
       end associate
       call timers%enter(phase_p2g)
-      self%push(:, :, :, :, external, b) = level%nodes(f_x:f_z, :, :, :, b) - before
+      self%nodal_force(:, :, :, :, external, b) = level%nodes(f_x:f_z, :, :, :, b) - before
       if (size(self%add_forces) > 0) self%ahead(level%blocks(b)%index) = 0.0_wp
-      self%loaded(b) = size(self%add_forces) > 0 .and. any(abs(self%push(:, :, :, :, external, b)) > 0.0_wp)
+      self%loaded(b) = size(self%add_forces) > 0 &
+                       .and. any(abs(self%nodal_force(:, :, :, :, external, b)) > 0.0_wp)
    end subroutine add_body_forces
 
    !> One push field a block of this rank; what it holds is begun anew every step.
    subroutine fit_push(self, blocks)
       class(effect_step_t), intent(inout) :: self
       integer, intent(in) :: blocks
-      if (allocated(self%push)) then
-         if (size(self%push, 6) == blocks) return
-         deallocate (self%push, self%loaded)
+      if (allocated(self%nodal_force)) then
+         if (size(self%nodal_force, 6) == blocks) return
+         deallocate (self%nodal_force, self%loaded)
       end if
-      allocate (self%push(3, 0:tile_last, 0:tile_last, 0:tile_last, size(self%work, 1), blocks))
+      allocate (self%nodal_force(3, 0:tile_last, 0:tile_last, 0:tile_last, size(self%work, 1), blocks))
       allocate (self%loaded(blocks), source=.false.)
    end subroutine fit_push
 
@@ -202,7 +204,8 @@ contains
          do k = 0, tile_last
             do j = 0, tile_last
                do i = 0, tile_last
-                  self%push(:, i, j, k, self%kind(e), b) = self%push(:, i, j, k, self%kind(e), b) &
+                  self%nodal_force(:, i, j, k, self%kind(e), b) = &
+                     self%nodal_force(:, i, j, k, self%kind(e), b) &
                      + self%mass(i, j, k, b)*(level%nodes(a_x:a_z, i, j, k, b) - before(4:6, i, j, k))
                end do
             end do
@@ -225,7 +228,7 @@ contains
          do k = 0, tile_last
             do j = 0, tile_last
                do i = 0, tile_last
-                  sum_of_tile = sum_of_tile + dot_product(self%push(:, i, j, k, kind, b), &
+                  sum_of_tile = sum_of_tile + dot_product(self%nodal_force(:, i, j, k, kind, b), &
                                                           level%nodes(v_x:v_z, i, j, k, b) &
                                                           - 0.5_wp*time_step*level%nodes(a_x:a_z, i, j, k, b))
                end do
@@ -238,25 +241,25 @@ contains
    end subroutine measure
 
    !> Only a share of the push of all effects counts.
-   subroutine scale_push(self, share)
+   subroutine scale_nodal_force(self, share)
       class(effect_step_t), intent(inout) :: self
       real(wp), intent(in) :: share
-      if (allocated(self%push)) self%push = share*self%push
-   end subroutine scale_push
+      if (allocated(self%nodal_force)) self%nodal_force = share*self%nodal_force
+   end subroutine scale_nodal_force
 
    !> Keep the push as it stands: that of the step's beginning, where both ends of a step are known.
-   subroutine keep_push(self)
+   subroutine keep_nodal_force(self)
       class(effect_step_t), intent(inout) :: self
-      if (allocated(self%push)) self%earlier_push = self%push
-   end subroutine keep_push
+      if (allocated(self%nodal_force)) self%earlier_force = self%nodal_force
+   end subroutine keep_nodal_force
 
    !> The push becomes the mean of the one that was kept and of itself, of which the work is measured.
-   subroutine mean_push(self, share)
+   subroutine mean_nodal_force(self, share)
       class(effect_step_t), intent(inout) :: self
       real(wp), intent(in) :: share !< of itself
-      if (.not. (allocated(self%push) .and. allocated(self%earlier_push))) return
-      self%push = share*self%push + (1.0_wp - share)*self%earlier_push
-   end subroutine mean_push
+      if (.not. (allocated(self%nodal_force) .and. allocated(self%earlier_force))) return
+      self%nodal_force = share*self%nodal_force + (1.0_wp - share)*self%earlier_force
+   end subroutine mean_nodal_force
 
    !> True where effects push points of a block's particles in this step.
    pure logical function is_loaded(self, b)
@@ -362,7 +365,7 @@ contains
 
    !> Collective: add the work of all blocks to the totals, by their index. Before blocks change rank, so that
    !> all of a block's work comes from one rank (adding the zeros of the others changes no bit).
-   subroutine fold(self, communicator)
+   subroutine reduce_accumulated(self, communicator)
       class(effect_step_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       real(wp) :: total(2)
@@ -391,18 +394,18 @@ contains
       end do
       self%own_work = 0.0_wp
       self%ahead = 0.0_wp
-   end subroutine fold
+   end subroutine reduce_accumulated
 
    !> Work on a block since the last fold, J: external, dissipated; that of forces at points by the particles'
    !> motion.
-   pure function booked(self, index) result(work)
+   pure function accumulated(self, index) result(work)
       class(effect_step_t), intent(in) :: self
       integer, intent(in) :: index !< of the block
       real(wp) :: work(kinds_booked)
       work = 0.0_wp
       if (self%acts_on_nodes) work(:size(self%work, 1)) = self%work(:, index)
       if (allocated(self%own_work)) work(kinds_booked) = self%own_work(index)
-   end function booked
+   end function accumulated
 
    !> Of the work by the motion of a block's particles, what belongs to the half step after the time of the
    !> velocities, J.
@@ -414,7 +417,7 @@ contains
    end function work_ahead
 
    !> Set what `booked` says, as a run that goes on finds it.
-   pure subroutine book(self, index, work)
+   pure subroutine accumulate(self, index, work)
       class(effect_step_t), intent(inout) :: self
       integer, intent(in) :: index
       real(wp), intent(in) :: work(kinds_booked) !< J
@@ -422,6 +425,6 @@ contains
       if (.not. allocated(self%own_work)) return
       self%own_work(index) = work(kinds_booked)
       self%ahead(index) = 0.0_wp
-   end subroutine book
+   end subroutine accumulate
 
 end module m_effect_step

@@ -168,12 +168,12 @@ contains
    subroutine follow(self, model)
       class(balance_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
-      real(wp) :: booked(kinds_booked + 1)
+      real(wp) :: accumulated(kinds_booked + 1)
       self%now = measure(model)
-      call model%fold()
-      booked = 0.0_wp
-      booked(3) = -sum(model%effect_step%ahead_work)
-      call self%take(model, booked)
+      call model%reduce_accumulated()
+      accumulated = 0.0_wp
+      accumulated(3) = -sum(model%effect_step%ahead_work)
+      call self%take(model, accumulated)
    end subroutine follow
 
    !> Collective: the balance as follow would make it, but nothing of the model is changed, also not what is
@@ -181,43 +181,43 @@ contains
    type(balance_t) function glance(self, model) result(seen)
       class(balance_t), intent(in) :: self
       type(model_t), intent(in) :: model
-      real(wp) :: booked(kinds_booked + 1)
+      real(wp) :: accumulated(kinds_booked + 1)
       integer :: b, l
       seen = self
       seen%now = measure(model)
-      booked = 0.0_wp
+      accumulated = 0.0_wp
       do l = 1, size(model%levels)
          do b = 1, size(model%levels(l)%blocks)
-            booked(:kinds_booked) = booked(:kinds_booked) &
-                                    + model%effect_step(l)%booked(model%levels(l)%blocks(b)%index)
-            booked(3) = booked(3) - model%effect_step(l)%work_ahead(model%levels(l)%blocks(b)%index)
+            accumulated(:kinds_booked) = accumulated(:kinds_booked) &
+                                    + model%effect_step(l)%accumulated(model%levels(l)%blocks(b)%index)
+            accumulated(3) = accumulated(3) - model%effect_step(l)%work_ahead(model%levels(l)%blocks(b)%index)
          end do
       end do
-      booked(kinds_booked + 1) = sum(model%lost_in_merging)
-      call MPI_Allreduce(MPI_IN_PLACE, booked, size(booked), MPI_DOUBLE_PRECISION, MPI_SUM, &
+      accumulated(kinds_booked + 1) = sum(model%lost_in_merging)
+      call MPI_Allreduce(MPI_IN_PLACE, accumulated, size(accumulated), MPI_DOUBLE_PRECISION, MPI_SUM, &
                          model%communicator%comm)
-      call seen%take(model, booked)
+      call seen%take(model, accumulated)
    end function glance
 
    !> The balance from the sums of now, and what is booked: in all up to the last fold, and since then.
-   pure subroutine take(self, model, booked)
+   pure subroutine take(self, model, accumulated)
       class(balance_t), intent(inout) :: self
       type(model_t), intent(in) :: model
-      real(wp), intent(in) :: booked(:) !< as effect_step%booked, less what is ahead; and lost in merging, J
+      real(wp), intent(in) :: accumulated(:) !< J: effect_step%accumulated less what is ahead; lost in merging
       real(wp) :: by_effects, taken
-      by_effects = sum(model%effect_step%external_work) + booked(1)
-      taken = sum(model%effect_step%damped) - booked(2)
+      by_effects = sum(model%effect_step%external_work) + accumulated(1)
+      taken = sum(model%effect_step%damped) - accumulated(2)
       self%external_work = sum(model%contact%states%work) + sum(model%contact%pairs%states%pressed) &
                            + by_effects
       self%damped = taken + self%now%dissipated + sum(model%contact%states%heat) &
                     + sum(model%contact%pairs%states%heat) &
-                    + sum(model%contact%pairs%states%parting) + model%lost + booked(4)
+                    + sum(model%contact%pairs%states%parting) + model%lost + accumulated(4)
       self%driven = max(0.0_wp, -taken)
       self%largest = max(self%largest, abs(self%external_work), abs(self%damped), self%now%energy())
       self%worst = max(self%worst, abs(self%excess()))
       if (all(model%effect_step%follows_particles)) &
          self%effects_apart = by_effects - (self%start%potential - self%now%potential) &
-                              - sum(model%effect_step%particle_work) - booked(3)
+                              - sum(model%effect_step%particle_work) - accumulated(3)
       associate (states => model%contact%states)
          if (model%contact%followed) self%tools_apart = sum(states%work - states%heat - states%particle_work)
       end associate

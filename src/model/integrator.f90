@@ -19,7 +19,7 @@ module m_integrator
       procedure :: end_by
       procedure :: was_called_off
       procedure :: keeps_state
-      procedure :: news
+      procedure :: messages
       procedure :: summary
       procedure :: release
       procedure :: finish
@@ -82,11 +82,11 @@ contains
    end function keeps_state
 
    !> Lines about the last step, each ended by new_line; they are told once.
-   function news(self) result(text)
+   function messages(self) result(text)
       class(integrator_t), intent(inout) :: self
       character(len=:), allocatable :: text
       text = ''
-   end function news
+   end function messages
 
    !> A line for the closing summary; empty for none.
    function summary(self) result(text)

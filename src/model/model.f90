@@ -56,7 +56,7 @@ module m_model
       type(timers_t) :: timers
       integer :: levels_row = 0                       !< of the timers, where there are several levels
       type(bounds_t) :: bounds
-      real(wp) :: unseen = 1.0_wp !< what the step leaves of the velocity that nodes do not see
+      real(wp) :: null_space_share = 1.0_wp !< what the step leaves of the velocity that nodes do not see
       type(level_spec_t), allocatable :: level_specs(:) !< what the scene says of the parts of levels 2 and on
       type(region_t), allocatable :: first_parts(:)     !< the regions of these, at the start
       real(wp), allocatable :: first_centres(:, :)      !< (3, fields): of mass, at the start, m; where a
@@ -96,7 +96,7 @@ module m_model
       procedure :: rebalance
       procedure :: steps_of_levels
       procedure :: particle_count
-      procedure :: fold
+      procedure :: reduce_accumulated
       procedure :: stepped_cell
       procedure :: wave_speed
       procedure :: mixes
@@ -280,7 +280,7 @@ contains
       integer :: e
       mixes = self%method%flip_fraction < 1.0_wp
       do e = 1, size(self%effects)
-         mixes = mixes .or. self%effects(e)%effect%rests_at(1.0_wp) > 0.0_wp
+         mixes = mixes .or. self%effects(e)%effect%null_space_damping(1.0_wp) > 0.0_wp
       end do
    end function mixes
 
@@ -295,7 +295,7 @@ contains
       crossings = self%bounds%wave_speed/self%levels(size(self%levels))%grid%cell
       share = 1.0_wp
       do e = 1, size(self%effects)
-         share = share*max(0.0_wp, 1.0_wp - step*self%effects(e)%effect%rests_at(crossings))
+         share = share*max(0.0_wp, 1.0_wp - step*self%effects(e)%effect%null_space_damping(crossings))
       end do
    end function share_of_unseen
 
@@ -346,11 +346,11 @@ contains
 
    !> Collective: add what has been booked in blocks to the totals, by their numbers. Before blocks change
    !> rank.
-   subroutine fold(self)
+   subroutine reduce_accumulated(self)
       class(model_t), intent(inout) :: self
       integer :: b, l
       do l = 1, size(self%levels)
-         call self%effect_step(l)%fold(self%communicator)
+         call self%effect_step(l)%reduce_accumulated(self%communicator)
       end do
       if (size(self%levels) == 1 .and. .not. any(self%effect_step%erodes)) return
       call MPI_Allreduce(MPI_IN_PLACE, self%lost_in_merging, size(self%lost_in_merging), &
@@ -359,7 +359,7 @@ contains
          self%lost = self%lost + self%lost_in_merging(b)
       end do
       self%lost_in_merging = 0.0_wp
-   end subroutine fold
+   end subroutine reduce_accumulated
 
    !> True when some level follows a contact group.
    pure logical function follows_groups(self)

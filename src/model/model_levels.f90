@@ -6,7 +6,7 @@ submodule (m_model) m_model_levels
    use m_field_table, only: bytes_per_column
    use m_level, only: tile_bytes
    use m_particle_store, only: bytes_besides, spare_room
-   use m_scene, only: level_sphere, criterion_error, fewest_cells
+   use m_scene, only: level_sphere, criterion_error, min_cells
    use m_first_touch, only: touched_at_start
    use m_marking, only: needed_above, closed
    use m_region, only: make_region
@@ -116,11 +116,11 @@ contains
       do part = 1, size(self%level_specs)
          associate (spec => self%level_specs(part))
             if (.not. spec%max_memory > 0.0_wp) cycle
-            if (spec%max_memory < fewest_cells*a_cell) then
+            if (spec%max_memory < min_cells*a_cell) then
                call fail(error, exit_input, scene%place('level', part)//' max_memory='// &
                          to_text(spec%max_memory)//': a cell of it takes '//si(a_cell, 'B')// &
-                         ', with its particles; allowed: at least '//si(fewest_cells*a_cell, 'B')// &
-                         ', for '//to_text(fewest_cells)//' cells')
+                         ', with its particles; allowed: at least '//si(min_cells*a_cell, 'B')// &
+                         ', for '//to_text(min_cells)//' cells')
                return
             end if
             if (spec%max_memory/a_cell >= spec%max_cells) cycle

@@ -117,7 +117,7 @@ contains
             model%levels(l)%blocks(b)%emigrant_count = 0
          end do
          do place = 1, model%levels(l)%grid%block_count() ! those of blocks here get theirs with the particles
-            call model%effect_step(l)%book(place, spread(0.0_wp, 1, kinds_booked))
+            call model%effect_step(l)%accumulate(place, spread(0.0_wp, 1, kinds_booked))
          end do
       end do
       model%lost_in_merging = 0.0_wp

@@ -216,7 +216,7 @@ contains
       integer, intent(in) :: l, b !< level, own block
       real(wp) :: values(block_reals)
       associate (block => model%levels(l)%blocks(b))
-         values = [block%lowest, block%highest, model%effect_step(l)%booked(block%index), &
+         values = [block%lowest, block%highest, model%effect_step(l)%accumulated(block%index), &
                    model%lost_in_merging(blocks_before(model%levels, l) + block%index), &
                    block%mean_breaks, real(block%run_breaks, wp), block%disorder]
       end associate
@@ -229,7 +229,7 @@ contains
       associate (block => model%levels(l)%blocks(b))
          block%lowest = values(1:3)
          block%highest = values(4:6)
-         call model%effect_step(l)%book(block%index, values(7:9))
+         call model%effect_step(l)%accumulate(block%index, values(7:9))
          model%lost_in_merging(blocks_before(model%levels, l) + block%index) = values(10)
          block%mean_breaks = values(11)
          block%run_breaks = -1 ! not what a run writes

@@ -19,7 +19,7 @@ contains
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
       type(error_t), intent(inout) :: error
-      real(wp), parameter :: most_steps = 1.0e15_wp
+      real(wp), parameter :: max_steps = 1.0e15_wp
       real(wp) :: speed
       integer :: e, t
       speed = model%bounds%particle_speed
@@ -33,9 +33,9 @@ contains
          call allow(model%effects(e)%effect%longest_step(), 'the longest that '// &
                     model%effects(e)%effect%group_text()//' allows')
       end do
-      if (scene%end_time > most_steps*longest_step(scene, model, model%time)) &
+      if (scene%end_time > max_steps*longest_step(scene, model, model%time)) &
          call fail(error, exit_input, scene%place('end_time')//': would take more than '// &
-                   to_text(most_steps)//' steps of '//to_text(longest_step(scene, model, model%time))//' s')
+                   to_text(max_steps)//' steps of '//to_text(longest_step(scene, model, model%time))//' s')
    contains
       subroutine allow(limit, reason)
          real(wp), intent(in) :: limit !< s

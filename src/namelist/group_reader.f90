@@ -17,16 +17,16 @@ module m_group_reader
    private
 
    integer, parameter, public :: name_length = 64 !< characters of a name that becomes part of a file name
-   integer, parameter :: most_known = 240         !< variables of a group, those of choices not made included
+   integer, parameter :: max_known = 240         !< variables of a group, those of choices not made included
 
    !> A group while it is read.
    type, public :: group_reader_t
       private
       type(group_t) :: group
       integer :: count = 0                                   !< variables asked for so far
-      character(len=name_length) :: known(most_known) = ''   !< their names
-      logical :: used(most_known) = .true.                   !< each belongs to the choice made
-      character(len=name_length) :: choices(most_known) = '' !< that choice, as shape='box'
+      character(len=name_length) :: known(max_known) = ''   !< their names
+      logical :: used(max_known) = .true.                   !< each belongs to the choice made
+      character(len=name_length) :: choices(max_known) = '' !< that choice, as shape='box'
       character(len=name_length) :: choice = ''              !< the last one made
       logical :: set_aside = .false. !< what is asked for belongs to a choice that was not made
       logical :: writing = .false.

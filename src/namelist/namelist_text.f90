@@ -15,8 +15,8 @@ module m_namelist_text
    implicit none
    private
 
-   integer, parameter :: most_entries = 1000    !< variables in a group
-   integer, parameter :: most_repeats = 1000000 !< of a value; a variable with repeats has no more, or than
+   integer, parameter :: max_entries = 1000    !< variables in a group
+   integer, parameter :: max_repeats = 1000000 !< of a value; a variable with repeats has no more, or than
                                                 !< its text has characters
    character(len=*), parameter :: brackets = '()%'
    character(len=*), parameter :: index_sentence = ': an index is not allowed; give all values at once, '// &
@@ -136,14 +136,14 @@ contains
                    ': & must be followed by the name of a group')
          return
       end if
-      allocate (entries(most_entries))
+      allocate (entries(max_entries))
       count = 0
       do
          call cursor%skip()
          if (group_ends(cursor, group, error)) exit
-         if (count == most_entries) call fail(error, exit_input, 'line '//to_text(cursor%line)//', &'// &
+         if (count == max_entries) call fail(error, exit_input, 'line '//to_text(cursor%line)//', &'// &
                                               group%name// &
-                                              ': more than '//to_text(most_entries)//' variables')
+                                              ': more than '//to_text(max_entries)//' variables')
          if (error%happened()) exit
          call parse_entry(cursor, group, entries(count + 1), error)
          if (error%happened()) exit
@@ -292,9 +292,9 @@ contains
       star = index(word, '*')
       if (star > 1) then
          call read_integer(word(:star - 1), repeats, good)
-         if (.not. good .or. repeats < 1 .or. repeats > most_repeats) then
+         if (.not. good .or. repeats < 1 .or. repeats > max_repeats) then
             call fail(error, exit_input, start//'='//abbreviated(word)// &
-                      ': the repeat count must be between 1 and '//to_text(most_repeats))
+                      ': the repeat count must be between 1 and '//to_text(max_repeats))
          end if
       end if
       new%first = begin + star - origin
@@ -315,8 +315,8 @@ contains
       end if
       values(count + 1:count + repeats) = new
       count = count + repeats
-      if (count > max(most_repeats, cursor%at - origin)) & ! those without repeats are as many as wanted
-         call fail(error, exit_input, start//': more than '//to_text(most_repeats)// &
+      if (count > max(max_repeats, cursor%at - origin)) & ! those without repeats are as many as wanted
+         call fail(error, exit_input, start//': more than '//to_text(max_repeats)// &
                    ' values by repeat counts')
    end subroutine parse_value
 

@@ -16,7 +16,7 @@ module m_offer
    contains
       procedure :: group_text
       procedure :: for_large_strains
-      procedure :: brings
+      procedure :: default_effect
       procedure :: is_oriented
       procedure :: declined
       procedure :: take_section
@@ -63,11 +63,11 @@ contains
    end function for_large_strains
 
    !> The effect that a scene with this law gets where it does not say; empty: none.
-   pure function brings(self) result(name)
+   pure function default_effect(self) result(name)
       class(offer_t), intent(in) :: self
       character(len=:), allocatable :: name
       name = ''
-   end function brings
+   end function default_effect
 
    !> True of a law with axes of its own, which a body's `orientation` turns.
    pure logical function is_oriented(self)

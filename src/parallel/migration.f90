@@ -39,7 +39,7 @@ module m_migration
    type :: migration_t
       type(parcel_t), allocatable :: outgoing(:) !< one a rank, from 0
       type(parcel_t) :: incoming
-      type(parcel_t) :: homeless                 !< emigrants to blocks that do not exist yet
+      type(parcel_t) :: unassigned                 !< emigrants to blocks that do not exist yet
       type(MPI_Datatype) :: record = MPI_DATATYPE_NULL
       integer(i8) :: moved = 0      !< particles that changed block on this rank
       integer(i8) :: sent = 0       !< of those, to other ranks
@@ -47,7 +47,7 @@ module m_migration
       procedure :: prepare
       procedure :: clear
       procedure :: emigrate
-      procedure :: house
+      procedure :: assign_to_blocks
       procedure :: identify
       procedure :: missing
       procedure :: exchange
@@ -89,21 +89,21 @@ contains
    end subroutine emigrate
 
    !> Emigrants to blocks that did not exist, and do now, go on their way.
-   subroutine house(self, communicator, level)
+   subroutine assign_to_blocks(self, communicator, level)
       class(migration_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: level
       integer :: index, n, r
       n = level%table%columns
-      do r = 1, self%homeless%count
-         associate (record => self%homeless%records(:, r))
+      do r = 1, self%unassigned%count
+         associate (record => self%unassigned%records(:, r))
             index = int(record(n + at_block))
             call address(self, communicator%rank, level%owner(index), record(:n), &
                          transfer(record(n + at_id), 0_i8), int(record(n + at_body), i4), index)
          end associate
       end do
-      self%homeless%count = 0
-   end subroutine house
+      self%unassigned%count = 0
+   end subroutine assign_to_blocks
 
    !> Which particle it is that found no block.
    pure subroutine identify(self, level, r, id, body, place)
@@ -113,7 +113,8 @@ contains
       integer(i8), intent(out) :: id
       integer, intent(out) :: body
       real(wp), intent(out) :: place(3) !< of its centre, m
-      associate (record => self%homeless%records(:, r), n => level%table%columns, x => level%layout%position)
+      associate (record => self%unassigned%records(:, r), n => level%table%columns, &
+                 x => level%layout%position)
          id = transfer(record(n + at_id), 0_i8)
          body = int(record(n + at_body))
          place = record(x:x + 2)
@@ -124,8 +125,8 @@ contains
    pure function missing(self, level) result(index)
       class(migration_t), intent(in) :: self
       type(level_t), intent(in) :: level
-      integer :: index(self%homeless%count)
-      index = int(self%homeless%records(level%table%columns + at_block, :self%homeless%count))
+      integer :: index(self%unassigned%count)
+      index = int(self%unassigned%records(level%table%columns + at_block, :self%unassigned%count))
    end function missing
 
    !> Collective among neighbours: emigrants arrive, one message a neighbour, in the order of their ids.
@@ -173,7 +174,7 @@ contains
       integer(i8), intent(in) :: id
       integer(i4), intent(in) :: body
       if (rank < 0) then
-         call self%homeless%add(values, id, body, index)
+         call self%unassigned%add(values, id, body, index)
       else if (rank == here) then
          call self%incoming%add(values, id, body, index)
       else
@@ -376,7 +377,7 @@ contains
       do r = 0, communicator%ranks - 1
          allocate (self%outgoing(r)%records(columns + extra, 0))
       end do
-      allocate (self%incoming%records(columns + extra, fewest), self%homeless%records(columns + extra, 0))
+      allocate (self%incoming%records(columns + extra, fewest), self%unassigned%records(columns + extra, 0))
    end subroutine prepare
 
    !> Nothing is under way.
@@ -384,7 +385,7 @@ contains
       class(migration_t), intent(inout) :: self
       self%incoming%count = 0
       self%outgoing%count = 0
-      self%homeless%count = 0
+      self%unassigned%count = 0
    end subroutine clear
 
    !> Append a particle, bound for the block `index`; with the block that it belongs to, if that moves as a

@@ -11,7 +11,7 @@ module m_body
    use m_field_table, only: layout_t
    use m_split, only: must_split, octant_of, child_id
    use m_membership, only: lives_on, may_live_on
-   use m_cut_cell, only: part_t, may_reach, find_part, cells_of_particle, most_cells
+   use m_cut_cell, only: part_t, may_reach, find_part, cells_of_particle, cell_limit
    implicit none
    private
    public :: first_id, number_ids, lattice_extent, fill_block, count_in_block, expected_count, holds_place
@@ -158,10 +158,10 @@ contains
       type(births_t), intent(inout) :: births
       type(birth_t) :: part
       integer :: octant
-      logical :: goes_on
-      goes_on = now < size(levels)
-      if (goes_on) goes_on = lives_on(levels(now + 1), birth%x, spread(birth%half, 1, 3), birth%half, 0.0_wp)
-      if (.not. goes_on) then
+      logical :: refined
+      refined = now < size(levels)
+      if (refined) refined = lives_on(levels(now + 1), birth%x, spread(birth%half, 1, 3), birth%half, 0.0_wp)
+      if (.not. refined) then
          if (now /= l) return
          part = birth
          call find_shape(spec, levels(l)%grid%cell, part)
@@ -205,7 +205,7 @@ contains
       real(wp), intent(in) :: cell !< of its level, m
       type(birth_t), intent(inout) :: birth
       type(part_t) :: part
-      real(wp) :: cells(3, most_cells)
+      real(wp) :: cells(3, cell_limit)
       integer :: count, n
       birth%cell = birth%x
       birth%volume = (2.0_wp*birth%half)**3
@@ -334,10 +334,10 @@ contains
          end do
       end do
       layout%id_bits = bit_size(1_i8) - leadz(size(bodies)*layout%ids_of_body)
-      if (splits > 0 .and. layout%most_generations() < splits) &
+      if (splits > 0 .and. layout%max_generations() < splits) &
          call fail(error, exit_input, 'the ids of '//to_text(size(bodies))//' bodies of up to '// &
                    to_text(layout%ids_of_body)//' particles leave room for '// &
-                   to_text(layout%most_generations())//' splits, and levels and domains may need '// &
+                   to_text(layout%max_generations())//' splits, and levels and domains may need '// &
                    to_text(splits)//'; try fewer bodies or levels, or larger cells')
    end subroutine number_ids
 

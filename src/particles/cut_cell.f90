@@ -14,8 +14,8 @@ module m_cut_cell
                                           !< same: of these the first counts
    real(wp), parameter :: first_wins(3) = [1.0_wp + 2.0_wp*tie, 1.0_wp + tie, 1.0_wp]
    real(wp), parameter :: nothing = 1.0e-9_wp !< of a cube: so small a part is round-off
-   real(wp), parameter, public :: least_share = 0.2_wp !< smaller parts of a cube go to the next one inwards
-   integer, parameter, public :: most_cells = 7 !< that a particle may be made of: its own and six beside it
+   real(wp), parameter, public :: min_share = 0.2_wp !< smaller parts of a cube go to the next one inwards
+   integer, parameter, public :: cell_limit = 7 !< that a particle may be made of: its own and six beside it
 
    !> A part of a body. The moments are of its volume.
    type :: part_t
@@ -34,9 +34,9 @@ contains
    pure logical function may_reach(shape, middle, half)
       class(shape_t), intent(in) :: shape
       real(wp), intent(in) :: middle(3), half !< of the cube: its middle and half its edge, m
-      may_reach = shape%least_distance(middle) < sqrt(3.0_wp)*half
+      may_reach = shape%min_distance(middle) < sqrt(3.0_wp)*half
       if (.not. may_reach .or. .not. shape%is_searched()) return
-      may_reach = shape%most_distance(middle) < sqrt(3.0_wp)*half
+      may_reach = shape%max_distance(middle) < sqrt(3.0_wp)*half
       if (.not. may_reach) may_reach = shape%distance(middle) < sqrt(3.0_wp)*half
    end function may_reach
 
@@ -81,7 +81,7 @@ contains
       left = halvings
       if (present(depth)) left = depth
       if (shape%is_searched()) then
-         distance = shape%most_distance(middle)
+         distance = shape%max_distance(middle)
          normal = 0.0_wp ! of no account where all of the cube is inside
       end if
       if (.not. shape%is_searched() .or. distance > -sqrt(3.0_wp)*half) &
@@ -122,18 +122,18 @@ contains
       class(shape_t), intent(in) :: shape
       real(wp), intent(in) :: middle(3), half
       logical, intent(in) :: flat !< of a section
-      real(wp), intent(out) :: cells(3, most_cells) !< their middles, m
+      real(wp), intent(out) :: cells(3, cell_limit) !< their middles, m
       integer, intent(out) :: count
       real(wp) :: distance, normal(3), beside(3)
       integer :: axis, side
       cells(:, 1) = middle
       count = 0
-      distance = shape%most_distance(middle)
+      distance = shape%max_distance(middle)
       if (shape%is_searched() .and. distance > -(2.0_wp + sqrt(3.0_wp))*half) &
          distance = shape%distance(middle)
       if (distance >= sqrt(3.0_wp)*half) return
       if (distance > -sqrt(3.0_wp)*half) then
-         if (volume_of(middle) < least_share*(2.0_wp*half)**3) return
+         if (volume_of(middle) < min_share*(2.0_wp*half)**3) return
       end if
       count = 1
       if (distance <= -(2.0_wp + sqrt(3.0_wp))*half) return ! nothing beside it is cut
@@ -146,7 +146,7 @@ contains
             if (abs(distance) >= sqrt(3.0_wp)*half) cycle
             if (maxloc(abs(normal)*first_wins, dim=1) /= axis .or. normal(axis)*side <= 0.0_wp) cycle
             associate (volume => volume_of(beside))
-               if (volume <= nothing*(2.0_wp*half)**3 .or. volume >= least_share*(2.0_wp*half)**3) cycle
+               if (volume <= nothing*(2.0_wp*half)**3 .or. volume >= min_share*(2.0_wp*half)**3) cycle
             end associate
             count = count + 1
             cells(:, count) = beside

@@ -63,7 +63,7 @@ module m_field_table
                               !< on tell the way through the splits
    contains
       procedure :: corrects_lag
-      procedure :: most_generations
+      procedure :: max_generations
    end type layout_t
 
    type :: field_table_t
@@ -187,10 +187,10 @@ contains
    end function layout
 
    !> Splits that an id has room for: it stays below 2^62.
-   pure integer function most_generations(self)
+   pure integer function max_generations(self)
       class(layout_t), intent(in) :: self
-      most_generations = 62 - self%id_bits
-   end function most_generations
+      max_generations = 62 - self%id_bits
+   end function max_generations
 
    !> True when, at edges of levels, momenta of particles stand at several times (theory.md, eq. time-levels)
    !> and they carry gradients, which are to stand where the momenta do (eq. lag).

@@ -67,7 +67,7 @@ module m_level
       procedure :: owner_at
       procedure :: slot_at
       procedure :: thickness
-      procedure :: most_thickness
+      procedure :: max_thickness
       procedure :: edge
    end type level_t
 
@@ -126,13 +126,13 @@ contains
 
    !> No thickness of a particle's domain is larger, m: the eigenvalues of sum r_k r_k^T are no larger than
    !> the largest of its rows (Gershgorin). Of a cube, and of a box along the axes, it is one that it has.
-   pure real(wp) function most_thickness(self, values)
+   pure real(wp) function max_thickness(self, values)
       class(level_t), intent(in) :: self
       real(wp), intent(in) :: values(:) !< the particle's columns
       real(wp) :: r(3, 3)
       r = half_edges(values, self%layout)
-      most_thickness = 2.0_wp*sqrt(maxval(sum(abs(matmul(r, transpose(r))), dim=1)))
-   end function most_thickness
+      max_thickness = 2.0_wp*sqrt(maxval(sum(abs(matmul(r, transpose(r))), dim=1)))
+   end function max_thickness
 
    !> The nodes that a block's particles reach, or all where others give to the block's nodes or ask of them.
    pure function range_of(block, whole) result(extent)

@@ -30,7 +30,7 @@ module m_split
    real(wp), parameter :: longest_box = 0.50005_wp  !< and the same of a box along the axes
    real(wp), parameter :: whole = 0.75_wp !< a particle with more than this of the mass of a cell was never
                                           !< split
-   real(wp), parameter :: least_tension = 0.01_wp !< of the modulus, that asks for short edges of the others:
+   real(wp), parameter :: min_tension = 0.01_wp !< of the modulus, that asks for short edges of the others:
                                                   !< not that of metals
    real(wp), parameter :: pulls = 0.1_wp !< a normal stress of so much of the largest component counts as
                                          !< tension
@@ -84,7 +84,7 @@ contains
          across = edges_to_split(block%particles%column, p, layout, cell, stuff(block%particles%body(p)))
          if (.not. any(across)) cycle
          if (nint(block%particles%column(p, layout%generation)) + count(across) &
-             > layout%most_generations()) then
+             > layout%max_generations()) then
             worn_out = p
             if (present(parent)) parent = parent(:block%particles%count - n)
             return
@@ -110,7 +110,7 @@ contains
       real(wp), parameter :: less = 1.0_wp - 1.0e-9_wp !< rounding does not count
       real(wp) :: length(n), stress, least, pulls_at
       integer :: p
-      least = less*(least_tension*modulus)**2
+      least = less*(min_tension*modulus)**2
       pulls_at = less*(longest_at_modulus*modulus*cell)**2
       associate (d => layout%domain, h => layout%half_size, s => layout%stress)
          if (d > 0) then
@@ -160,7 +160,7 @@ contains
          end if
       else
          tension = largest_tension(column(p, :), layout, 0.0_wp)
-         if (tension > least_tension*stuff%modulus) then
+         if (tension > min_tension*stuff%modulus) then
             limit = cell*max(shortest_pulled, min(longest_pulled, longest_at_modulus*stuff%modulus/tension))
             across = squares > limit**2
          end if

@@ -51,7 +51,7 @@ module m_calibration
    real(wp), parameter :: little = 1.0e-6_wp   !< cells
    real(wp), parameter :: more = 1.5_wp        !< times as many contact points tell what each takes
    real(wp), parameter :: at_most = 0.1_wp     !< of the steps of the scene
-   integer, parameter :: most_steps = 300, fewest_steps = 4, warm_steps = 3, pressed = 8
+   integer, parameter :: max_steps = 300, min_steps = 4, warm_steps = 3, pressed = 8
 
 contains
 
@@ -124,7 +124,7 @@ contains
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
       timed_step = min(longest_step(scene, model, model%time), scene%end_time/(2*(warm_steps &
-            + 2*fewest_steps)))
+            + 2*min_steps)))
    end function timed_step
 
    !> Collective: steps until it has been long enough, then as many again, which count. `points`: contact
@@ -140,14 +140,14 @@ contains
       integer(i8) :: handled
       integer :: most, n
       ! the scene must not be over by then
-      most = max(fewest_steps, min(most_steps, nint(at_most*found%prospect%steps)))
+      most = max(min_steps, min(max_steps, nint(at_most*found%prospect%steps)))
       began = wall_time()
       do
          call advance(model, timed_step(scene, model), error)
          if (error%happened()) return
          found%steps = found%steps + 1
          elapsed = model%communicator%maximum(wall_time() - began)
-         if (found%steps >= fewest_steps .and. (elapsed >= enough .or. found%steps >= most)) exit
+         if (found%steps >= min_steps .and. (elapsed >= enough .or. found%steps >= most)) exit
       end do
       before = model%timers
       handled = model%contact%handled
@@ -241,7 +241,7 @@ contains
       integer :: n
       associate (rates => found%rates)
          ! as much contact as there will be: each has its share of it
-         if (found%prospect%most_touches <= more*points_before) then
+         if (found%prospect%max_touches <= more*points_before) then
             if (points_before > 0.0_wp) then
                rates%contact_point = rates%contact/points_before
                rates%contact = 0.0_wp
@@ -256,7 +256,7 @@ contains
          do n = 1, 40 ! until enough contact points are inside
             time = scene%end_time*n/40
             call contact_points(model, time, touches, closest, total)
-            if (total >= found%prospect%most_touches) exit
+            if (total >= found%prospect%max_touches) exit
          end do
          model%time = time
          found%pressed_time = time

@@ -16,7 +16,7 @@ module m_expectation
    real(wp), parameter :: enough_awake = 0.7_wp    !< of the particle-steps had something to do; or, when
    real(wp), parameter :: late_share = 0.2_wp      !< of the scene is over,
    real(wp), parameter :: some_awake = 0.1_wp      !< of them: fewer tell nothing
-   integer, parameter :: fewest_steps = 10
+   integer, parameter :: min_steps = 10
    integer, parameter :: enough_points = 50 !< contact points in a step on average, for their cost to be told
                                             !< from that
 
@@ -46,7 +46,7 @@ contains
       self%first_step = model%step
       self%first_time = model%time
       self%first_output = model%timers%seconds(phase_output)
-      self%next_look = self%first_step + fewest_steps
+      self%next_look = self%first_step + min_steps
       call self%open_window(model, elapsed)
    end subroutine start
 
@@ -74,7 +74,7 @@ contains
       if (self%made) return
       if (model%step < self%window_step) call self%open_window(model, elapsed) ! the guard has gone back
       if (model%step < self%next_look .or. model%step == self%window_step) return
-      self%next_look = max(model%step + fewest_steps, self%first_step + 6*(model%step - self%first_step)/5)
+      self%next_look = max(model%step + min_steps, self%first_step + 6*(model%step - self%first_step)/5)
       seen = real(model%communicator%sum_count(model%particle_steps - self%particle_steps), wp)
       resting = real(model%communicator%sum_count(model%particle_steps_at_rest - self%at_rest), wp)
       awake = 1.0_wp - resting/max(seen, 1.0_wp)
@@ -118,8 +118,8 @@ contains
       bytes = model_bytes(model)
       associate (flight => prospect%flight)
          self%memory = model%communicator%sum_real(real(peak_memory(), wp)) &
-                       + ((1.0_wp + spare_room)*flight%most_particles/flight%particles - 1.0_wp)*bytes(1) &
-                       + (flight%most_blocks/flight%blocks - 1.0_wp)*bytes(2)
+                       + ((1.0_wp + spare_room)*flight%max_particles/flight%particles - 1.0_wp)*bytes(1) &
+                       + (flight%max_blocks/flight%blocks - 1.0_wp)*bytes(2)
       end associate
    end subroutine make
 

@@ -15,8 +15,8 @@ module m_flight
    !> Of all ranks: how many there are now, and at most until the scene ends; and how many times as much as
    !> now there is to do in a step of the coarsest level, on average until then.
    type :: flight_t
-      real(wp) :: blocks = 1.0_wp, most_blocks = 1.0_wp
-      real(wp) :: particles = 1.0_wp, most_particles = 1.0_wp
+      real(wp) :: blocks = 1.0_wp, max_blocks = 1.0_wp
+      real(wp) :: particles = 1.0_wp, max_particles = 1.0_wp
       real(wp) :: block_load = 1.0_wp    !< of what goes with blocks
       real(wp) :: particle_load = 1.0_wp !< of what goes with particles
       real(wp) :: particle_steps = 0.0_wp !< in a step of the coarsest level, on average
@@ -35,15 +35,15 @@ module m_flight
 
    real(wp), parameter :: stride = 2.0_wp !< of the fastest body from one moment to the next, in cells of the
                                           !< finest level: a quarter of a block
-   integer, parameter :: most_moments = 1000
-   integer, parameter :: most_counts = 20   !< of the blocks that are visited at a time, over all ranks
+   integer, parameter :: max_moments = 1000
+   integer, parameter :: max_counts = 20   !< of the blocks that are visited at a time, over all ranks
 
 contains
 
    !> True when there will be more of either.
    pure logical function changes(self)
       class(flight_t), intent(in) :: self
-      changes = self%most_blocks > self%blocks .or. self%most_particles > self%particles
+      changes = self%max_blocks > self%blocks .or. self%max_particles > self%particles
    end function changes
 
    !> Collective: follow all bodies from where they are to the end of the scene.
@@ -54,27 +54,27 @@ contains
       real(wp), allocatable :: held(:), steps(:), block_steps(:)
       logical, allocatable :: entered(:), here(:)
       integer, allocatable :: there(:)
-      real(wp) :: ahead, fastest, particles, visited(0:most_counts)
+      real(wp) :: ahead, fastest, particles, visited(0:max_counts)
       integer :: b, counts, f, home, l, level_steps(size(model%levels)), moment, moments, n
       level_steps = model%steps_of_levels()
       there = all_owners(model%levels)
       flight%blocks = count(there >= 0)
-      flight%most_blocks = flight%blocks
+      flight%max_blocks = flight%blocks
       flight%particles = real(model%communicator%sum_count(model%particle_count()), wp)
-      flight%most_particles = flight%particles
+      flight%max_particles = flight%particles
       flight%particle_steps = model%communicator%sum_real(sum([( &
          real(level_steps(l), wp)*model%levels(l)%particle_count(), l=1, size(level_steps))]))
       fastest = maxval([(norm2(scene%bodies(b)%velocity), b=1, size(scene%bodies))])
       ahead = scene%end_time - model%time
       moments = ceiling(min(fastest*ahead/(stride*model%levels(size(model%levels))%grid%cell), &
-                            real(most_moments, wp)))
+                            real(max_moments, wp)))
       if (moments <= 0) return
       flyers = all_flyers(scene, model)
       allocate (held(0:moments), steps(0:moments), source=0.0_wp)
       allocate (entered(size(there)), here(size(there)), source=.false.)
       block_steps = [(spread(real(level_steps(l), wp), 1, model%levels(l)%grid%block_count()), l=1, &
                       size(model%levels))]
-      counts = min(moments, most_counts)
+      counts = min(moments, max_counts)
       n = 0
       do moment = 0, moments
          here = .false.
@@ -96,8 +96,8 @@ contains
                          model%communicator%comm)
       there = merge(0, -1, there >= 0 .or. entered)
       call add_parents(model%levels, there)
-      flight%most_blocks = count(there >= 0)
-      flight%most_particles = max(flight%particles, maxval(held))
+      flight%max_blocks = count(there >= 0)
+      flight%max_particles = max(flight%particles, maxval(held))
       ! bodies that meet do not share theirs
       flight%block_load = max(1.0_wp, sum(visited(:n - 1))/(n*max(1.0_wp, visited(0))))
       flight%particle_load = sum(steps)/(size(steps)*max(1.0_wp, steps(0)))

@@ -38,7 +38,7 @@ module m_forecast
    type :: prospect_t
       real(wp) :: steps = 0.0_wp            !< of the coarsest level
       real(wp) :: touches = 0.0_wp          !< contact points, summed over those steps
-      real(wp) :: most_touches = 0.0_wp     !< at once
+      real(wp) :: max_touches = 0.0_wp     !< at once
       real(wp) :: rest = 0.0_wp !< particle-steps of blocks at rest, over the particle-steps of all: at most 1
       real(wp) :: rows = 0.0_wp             !< of histories
       real(wp) :: snapshots = 0.0_wp
@@ -133,7 +133,7 @@ contains
          to = model%time + n*(scene%end_time - model%time)/parts
          call contact_points(model, 0.5_wp*(from + to), touches, closest)
          prospect%touches = prospect%touches + touches*steps_between(scene, model, from, to)
-         prospect%most_touches = max(prospect%most_touches, touches)
+         prospect%max_touches = max(prospect%max_touches, touches)
       end do
       prospect%steps = max(1.0_wp, real(ceiling(steps_between(scene, model, model%time, scene%end_time) &
                                                 - 1.0e-6_wp, i8), wp))
@@ -190,7 +190,7 @@ contains
                do p = 1, level%blocks(b)%particles%count
                   associate (column => level%blocks(b)%particles%column, at => level%layout)
                      edge = column(p, at%volume)**(1.0_wp/3.0_wp)
-                     if (tool%least_gap(column(p, at%position:at%position + 2)) &
+                     if (tool%min_gap(column(p, at%position:at%position + 2)) &
                          > max(edge, closest + edge)) cycle
                      call tool%gap_and_normal(column(p, at%position:at%position + 2), gap, normal)
                   end associate

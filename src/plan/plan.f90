@@ -51,9 +51,9 @@ contains
          price%base = price%base + found%library_bytes
       end if
       associate (flight => found%prospect%flight)
-         price%stores = price%stores*flight%most_particles/flight%particles
-         price%buffers = price%buffers*flight%most_particles/flight%particles
-         price%tiles = price%tiles*flight%most_blocks/flight%blocks
+         price%stores = price%stores*flight%max_particles/flight%particles
+         price%buffers = price%buffers*flight%max_particles/flight%particles
+         price%tiles = price%tiles*flight%max_blocks/flight%blocks
       end associate
       call say_plan(console, scene, model, found, price, first)
       call take_figures(figures, scene, model, found, price, first)
@@ -90,14 +90,14 @@ contains
                            ' s without the disk''s own time')
          if (prospect%rest > 0.0_wp) call console%line('at rest    '//to_text(100.0_wp*prospect%rest, 3)// &
                                                        ' % of the particle-steps')
-         if (flight%changes()) call console%line('flight     at most '//to_text(nint(flight%most_blocks))// &
+         if (flight%changes()) call console%line('flight     at most '//to_text(nint(flight%max_blocks))// &
                                                  ' node blocks and '// &
-                                                 to_text(nint(flight%most_particles, i8))// &
+                                                 to_text(nint(flight%max_particles, i8))// &
                                                     ' particles, now '// &
                                                  to_text(nint(flight%blocks))//' and '// &
                                                     to_text(nint(flight%particles, i8)))
          if (size(scene%tools) > 0) then
-            text = 'contact    at most '//to_text(nint(prospect%most_touches))//' contact points; '// &
+            text = 'contact    at most '//to_text(nint(prospect%max_touches))//' contact points; '// &
                    si(found%rates%contact_point, 's')//' each in a step'
             if (found%pressed_steps > 0) &
                text = text//', measured with the tools where they are at '//si(found%pressed_time, 's')// &
@@ -135,9 +135,9 @@ contains
          call figures%number('snapshot_B', found%file_bytes)
          call figures%number('history_rows', real(nint(prospect%rows, i8), wp))
          call figures%number('at_rest_share', prospect%rest)
-         call figures%number('max_node_blocks', flight%most_blocks)
-         call figures%number('max_particles', flight%most_particles)
-         call figures%number('max_contact_points', prospect%most_touches)
+         call figures%number('max_node_blocks', flight%max_blocks)
+         call figures%number('max_particles', flight%max_particles)
+         call figures%number('max_contact_points', prospect%max_touches)
          call figures%number('timed_steps', real(found%steps, wp))
          call figures%number('processor_share', found%processor/found%seconds)
          call figures%words('note', found%trouble)

@@ -16,7 +16,7 @@ module m_static_plan
    public :: print_static_plan
 
    integer, parameter :: timed = 2            !< steps
-   integer, parameter :: most_steps = 100000  !< implicit ones that are counted
+   integer, parameter :: max_steps = 100000  !< implicit ones that are counted
    real(wp), parameter :: growth = 1.5_wp
    real(wp), parameter :: tangent_reals = 108.0_wp !< a particle: gradient, stress, what acts of it, tangent
 
@@ -42,7 +42,7 @@ contains
          if (model%time >= scene%end_time) exit
          began = wall_time()
          call integrator%step(model, integrator%next_step(scene, model, 1.0_wp), error)
-         call console%lines(integrator%news())
+         call console%lines(integrator%messages())
          if (error%happened()) then
             error%message = 'no plan can be made, for the first steps of the scene fail: '//error%message
             return
@@ -109,7 +109,7 @@ contains
       real(wp) :: step, until
       call integrator%look_ahead()
       to_come = 0
-      do while (to_come(1) < most_steps .and. model%time < scene%end_time)
+      do while (to_come(1) < max_steps .and. model%time < scene%end_time)
          step = integrator%next_step(scene, model, 1.0_wp)
          if (scene%quasi_static%holds_at(model%time)) then
             to_come(1) = to_come(1) + 1

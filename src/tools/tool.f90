@@ -48,8 +48,8 @@ module m_tool
       procedure :: along
       procedure :: gap_and_normal
       procedure :: gap_within
-      procedure :: least_gap
-      procedure :: most_gap
+      procedure :: min_gap
+      procedure :: max_gap
       procedure :: velocity_at
       procedure, private :: set_velocity
       procedure, private :: turn
@@ -389,25 +389,25 @@ contains
    end subroutine gap_within
 
    !> The gap is not less, m; the gap itself where that takes no search.
-   pure real(wp) function least_gap(self, position) result(gap)
+   pure real(wp) function min_gap(self, position) result(gap)
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: position(3) !< m
       if (self%pivot == 0) then
-         gap = self%spec%shape%least_distance(position - self%tip)
+         gap = self%spec%shape%min_distance(position - self%tip)
       else
-         gap = self%spec%shape%least_distance(matmul(position - self%tip, self%rotation))
+         gap = self%spec%shape%min_distance(matmul(position - self%tip, self%rotation))
       end if
-   end function least_gap
+   end function min_gap
 
-   !> The gap is not more, m; as least_gap.
-   pure real(wp) function most_gap(self, position) result(gap)
+   !> The gap is not more, m; as min_gap.
+   pure real(wp) function max_gap(self, position) result(gap)
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: position(3) !< m
       if (self%pivot == 0) then
-         gap = self%spec%shape%most_distance(position - self%tip)
+         gap = self%spec%shape%max_distance(position - self%tip)
       else
-         gap = self%spec%shape%most_distance(matmul(position - self%tip, self%rotation))
+         gap = self%spec%shape%max_distance(matmul(position - self%tip, self%rotation))
       end if
-   end function most_gap
+   end function max_gap
 
 end module m_tool

@@ -139,7 +139,8 @@ contains
       blocks_back = states_of_blocks(model)
       call test%check_equal(size(blocks_back), size(blocks), name//': blocks')
       call test%check_close(blocks_back, blocks, 0.0_wp, name//': what blocks keep')
-      call test%check(model%unseen > 1.0_wp, name//': control: what is not described is not given back')
+      call test%check(model%null_space_share > 1.0_wp, &
+                      name//': control: what is not described is not given back')
       if (same_bits) then
          call go(integrator, scene, model, balance, steps, error)
          call list(back, model, balance, error)
@@ -171,7 +172,7 @@ contains
       type(model_t), intent(inout) :: model
       integer :: b, l
       model%static_step = 17.0_wp
-      model%unseen = 17.0_wp
+      model%null_space_share = 17.0_wp
       model%merges = model%merges + 17
       model%lost = 17.0_wp
       model%contact%unsolved_in_row = 17

@@ -65,7 +65,7 @@ contains
          call known%update(point%column, point%layout, before, 1.0_wp, 1, many)
       end do
       call shake(a, 0.15_wp)
-      call known%slopes(point%column, point%layout, a, parts, 0.5_wp, many, slope, has)
+      call known%stress_tangent(point%column, point%layout, a, parts, 0.5_wp, many, slope, has)
       call test%check(has, what//': it is known')
       do kl = 1, 9
          do c = 1, 2
@@ -82,7 +82,7 @@ contains
       ! negative control: of another state it is another one
       point%column(:, point%layout%stress:point%layout%stress + 5) = 0.0_wp
       if (point%layout%deformation > 0) point%column(:, point%layout%deformation + 1) = 0.0_wp
-      call known%slopes(point%column, point%layout, a, parts, 0.5_wp, many, slope, has)
+      call known%stress_tangent(point%column, point%layout, a, parts, 0.5_wp, many, slope, has)
       wrong = maxval(abs(slope - other))/size_of
       call test%check(wrong > 1.0e-3_wp, what//': of another state it differs')
    end subroutine compare
@@ -113,7 +113,7 @@ contains
       call read_law(known, moduli//variables, complaint)
       call point%ready(known, 1000.0_wp, 1)
       a = 0.01_wp
-      call known%slopes(point%column, point%layout, a, parts, 1.0_wp, 1, slope, has)
+      call known%stress_tangent(point%column, point%layout, a, parts, 1.0_wp, 1, slope, has)
       call test%check(.not. has, what//': not known')
    end subroutine has_none
 

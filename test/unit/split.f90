@@ -418,7 +418,7 @@ contains
       values(level%layout%generation) = 0.0_wp
       call block%reserve(1, level%table%columns)
       call block%particles%append(values, 7_i8, 1)
-      do g = 1, level%layout%most_generations()
+      do g = 1, level%layout%max_generations()
          block%particles%count = 1
          block%particles%column(1, level%layout%domain) = 0.9_wp*cell
          call split_long(block, level%table, level%layout, cell, soft, splits, worn_out)
@@ -442,7 +442,7 @@ contains
       allocate (bodies(2)%shape, source=box)
       call number_ids(layout, bodies, 1.0_wp, 30, error) ! 8000 places each
       call test%check(.not. error%happened() .and. layout%ids_of_body == 10000, 'ids of a body')
-      call test%check(layout%id_bits == 15 .and. layout%most_generations() == 47, 'room for splits')
+      call test%check(layout%id_bits == 15 .and. layout%max_generations() == 47, 'room for splits')
       call test%check(first_id(2, layout) == 10000, 'ids of the second body')
       box%upper = 1.0e5_wp
       deallocate (bodies(1)%shape)

@@ -121,7 +121,7 @@ contains
             call test%check((distance < 0.0_wp) .eqv. turns > 0.5_wp, name// &
                             ': the side is that of the winding number')
          call test%check_close(norm2(normal), 1.0_wp, 1.0e-12_wp, name//': the normal has the length 1')
-         call test%check(surface%least_distance(x) <= distance + 1.0e-12_wp*width, name//': the bound is one')
+         call test%check(surface%min_distance(x) <= distance + 1.0e-12_wp*width, name//': the bound is one')
          limit = chance%between(0.0_wp, 2.0_wp)*expected
          call surface%distance_within(x, limit, short, unused)
          if (abs(distance) < limit) then

@@ -153,7 +153,7 @@ contains
          end associate
       end do
       call model%create_blocks()
-      call model%migration(1)%house(model%communicator, model%levels(1))
+      call model%migration(1)%assign_to_blocks(model%communicator, model%levels(1))
       call model%migration(1)%exchange(model%communicator, model%levels(1), model%exchange(1)%ranks)
       do b = 1, size(model%levels(1)%blocks)
          associate (block => model%levels(1)%blocks(b))

@@ -23,7 +23,7 @@ program edge_kelvin
    use m_static_means, only: push_nodes
    use m_static_motion, only: take_along
    use m_recovered_stress, only: level_stress_t, recover_stress
-   use m_trial_state, only: verdict_t
+   use m_trial_state, only: trial_status_t
    use m_assertions, only: assertions_t
    implicit none
    integer, parameter :: cells = 12, offsets = 3
@@ -110,7 +110,7 @@ contains
       type(level_stress_t), allocatable :: recovered(:)
       type(scene_t) :: scene
       type(error_t) :: error
-      type(verdict_t) :: verdict
+      type(trial_status_t) :: verdict
       real(wp), allocatable :: exact(:), z(:), left(:), load(:)
       logical, allocatable :: held(:), bears(:)
       integer :: l

@@ -92,7 +92,7 @@ contains
       call balance%begin(model)
       do step = 1, steps
          call advance(model, time_step, error)
-         if (mod(step, 50) == 0) call model%effect_step(1)%fold(comm)
+         if (mod(step, 50) == 0) call model%effect_step(1)%reduce_accumulated(comm)
       end do
       call test%check(.not. error%happened(), name//': goes on')
       if (error%happened()) return

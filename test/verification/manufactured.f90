@@ -397,7 +397,7 @@ contains
       end do
       if (size(model%levels) == 1) call model%create_blocks()
       do l = 1, size(model%levels)
-         call model%migration(l)%house(model%communicator, model%levels(l))
+         call model%migration(l)%assign_to_blocks(model%communicator, model%levels(l))
          call model%migration(l)%exchange(model%communicator, model%levels(l), model%exchange(l)%ranks)
       end do
       if (size(model%levels) == 1) return
