@@ -144,13 +144,13 @@ $(build)/depends.mk: FORCE
 # SETUP=no these look only too, and build/venv is not made: PYTHON names a Python then.
 SETUP ?= yes
 
-## deps         look for compiler and libraries; install them where apt may
+## deps         look for compiler and libraries; install them where apt may (ATOMS=yes: LAMMPS too)
 # see that compiler and libraries are there; install them where apt may be used, else say what to type
 deps:
-	@HDF5_INC='$(HDF5_INC)' HDF5_LIB='$(HDF5_LIB)' METIS_INC='$(METIS_INC)' PYTHON='$(PYTHON)' sh tools/deps
+	@HDF5_INC='$(HDF5_INC)' HDF5_LIB='$(HDF5_LIB)' METIS_INC='$(METIS_INC)' PYTHON='$(PYTHON)' ATOMS='$(ATOMS)' sh tools/deps
 
 needed:
-	@HDF5_INC='$(HDF5_INC)' HDF5_LIB='$(HDF5_LIB)' METIS_INC='$(METIS_INC)' PYTHON='$(PYTHON)' sh tools/deps --look
+	@HDF5_INC='$(HDF5_INC)' HDF5_LIB='$(HDF5_LIB)' METIS_INC='$(METIS_INC)' PYTHON='$(PYTHON)' ATOMS='$(ATOMS)' sh tools/deps --look
 
 # PYTHON=path takes a Python that already has what post/pyproject.toml names; without it, one is set up under build/venv.
 export PYTHONPATH := $(CURDIR)/post:$(CURDIR)/test/regression:$(CURDIR)/test/stability

@@ -45,6 +45,7 @@ contains
       block; use m_cubic, only: cubic_t; call add('cubic', cubic_t()); end block
       block; use m_orthotropic, only: orthotropic_t; call add('orthotropic', orthotropic_t()); end block
       block; use m_crystal, only: crystal_t; call add('crystal', crystal_t()); end block
+      block; use m_cauchy_born, only: cauchy_born_t; call add('cauchy_born', cauchy_born_t()); end block
    contains
       subroutine add(name, law)
          character(len=*), intent(in) :: name
