@@ -51,10 +51,9 @@ contains
          call table%declare('kept_gradient', 9, '1/s', written=.false.)
    end subroutine declare
 
-   !> Material at rest may share a cell with material that moves.
    pure type(hooks_t) function hooks(self)
       class(anti_locking_t), intent(in) :: self
-      hooks = hooks_t(on_cells=.true., acts_at_rest=.true.)
+      hooks = hooks_t(on_cells=.true.)
    end function hooks
 
    !> tr L becomes its mean over the cell, weighted by volume: one condition on the volume a cell, where there

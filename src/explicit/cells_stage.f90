@@ -99,7 +99,7 @@ contains
       end associate
    end subroutine take_next_position
 
-   !> True when no particle has a velocity, a velocity gradient or a stress.
+   !> True when no particle has a velocity, a velocity gradient, a stress or a pressure beside it.
    pure logical function rests(particles, at)
       type(particle_store_t), intent(in) :: particles
       type(layout_t), intent(in) :: at
@@ -115,8 +115,16 @@ contains
       if (at%viscous_pressure > 0) then
          if (any(abs(particles%column(:n, at%viscous_pressure)) > 0.0_wp)) return
       end if
+      if (at%pressure_shift > 0) then
+         if (any(abs(particles%column(:n, at%pressure_shift)) > 0.0_wp)) return
+      end if
       if (at%gradient > 0) then
          do c = at%gradient, at%gradient + 8
+            if (any(abs(particles%column(:n, c)) > 0.0_wp)) return
+         end do
+      end if
+      if (at%kept_gradient > 0) then
+         do c = at%kept_gradient, at%kept_gradient + 8
             if (any(abs(particles%column(:n, c)) > 0.0_wp)) return
          end do
       end if

@@ -11,12 +11,13 @@ module m_g2p_stage
    use m_migration, only: frame_of
    use m_complaints, only: report_too_fast, max_cells_a_step
    use m_cell_mean, only: give_to_cells
+   use m_p2g_boxes, only: clear
    use m_g2p_boxes, only: motion_t, fastest_t
    use m_particle_transfer, only: g2p
    use m_boundary, only: apply_boundary
    implicit none
    private
-   public :: motion_of, still, g2p_block, follow_loads, stays_at_rest
+   public :: motion_of, still, g2p_block, follow_loads, stays_at_rest, give_at_rest, is_woken
 
 contains
 
@@ -41,19 +42,57 @@ contains
    end function still
 
    !> True when the particles of a block are at rest and their nodes leave them so: nothing of the rest of the
-   !> step would change a bit of them.
-   logical function stays_at_rest(model, l, b) result(stays)
-      type(model_t), intent(inout) :: model
+   !> step would change a bit of them, but for means over cells that they share with others.
+   pure logical function stays_at_rest(model, l, b) result(stays)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
       associate (block => model%levels(l)%blocks(b))
          stays = block%particles%count == 0
          if (stays) return
          stays = block%rests() .and. model%skip_at_rest .and. .not. model%effect_step(l)%acts_at_rest
+         ! the way of loaded particles is marked before they move
+         if (stays .and. size(model%effect_step(l)%on_cells) > 0) stays = .not. is_loaded(model, l, b)
          if (stays) stays = .not. any_moves(model%levels(l)%nodes(:, :, :, :, b), block%cells%extent())
-         if (.not. stays) return
-         model%bounds%wave_speed = max(model%bounds%wave_speed, block%wave_speed)
       end associate
    end function stays_at_rest
+
+   !> What the particles of a block at rest give to the cells that blocks share: volume, and nothing that
+   !> moves or presses.
+   subroutine give_at_rest(model, l, b)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      associate (level => model%levels(l), block => model%levels(l)%blocks(b))
+         if (block%has_resting_volume()) then
+            call clear(level%nodes(:, :, :, :, b))
+            level%nodes(1, :, :, :, b) = block%resting_volume
+            return
+         end if
+         level%gradient(:block%particles%count, :) = 0.0_wp
+         call give_to_cells(block%particles%count, block%cells%bin, block%particles%column, level%layout, &
+                            frame_of(level, block), level%gradient, level%nodes(:, :, :, :, b), &
+                            block%cells%standing)
+         call block%keep_resting_volume(level%nodes(:, :, :, :, b))
+      end associate
+   end subroutine give_at_rest
+
+   !> True when the sums of a cell that a block at rest may have particles in are of material that moves or is
+   !> pressed: then the block takes the means.
+   pure logical function is_woken(model, l, b)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l, b
+      integer :: extent(2, 3)
+      extent = model%levels(l)%blocks(b)%cells%extent()
+      if (allocated(model%levels(l)%blocks(b)%cells%standing)) extent = spread([0, tile_last], 2, 3)
+      associate (a => extent(1, :), z => extent(2, :))
+         is_woken = any(abs(model%levels(l)%nodes(2:3, a(1):z(1), a(2):z(2), a(3):z(3), b)) > 0.0_wp)
+      end associate
+   end function is_woken
+
+   pure logical function is_loaded(model, l, b)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l, b
+      is_loaded = model%effect_step(l)%is_loaded(b)
+   end function is_loaded
 
    !> True when a node within what the particles of a block reach has a velocity or an acceleration.
    pure logical function any_moves(tile, extent)

@@ -7,9 +7,11 @@ module m_schedule
    use m_timers
    use m_scene, only: update_usl
    use m_clock, only: clock_t
+   use m_block, only: block_t
    use m_model, only: model_t
    use m_grid_stages, only: p2g_block, sum_shared_nodes, end_sums, solve_block, sum_cells, is_idle
-   use m_g2p_stage, only: motion_of, still, g2p_block, follow_loads, stays_at_rest
+   use m_g2p_stage, only: motion_of, still, g2p_block, follow_loads, stays_at_rest, give_at_rest, &
+                          is_woken
    use m_stress_stage, only: stress_block
    use m_cells_stage, only: cells_block
    use m_energy, only: take_sums
@@ -74,31 +76,62 @@ contains
          case (nodal_solve)
             call solve_block(model, l, b, clock)
          case (grid_to_particles)
+            call leave_out(model, l, b)
             if (is_idle(model, l, b)) return
             call measure_work(model, l, b, clock%step)
-            if (stays_at_rest(model, l, b)) then
-               model%particle_steps_at_rest = model%particle_steps_at_rest &
-                                              + model%levels(l)%blocks(b)%particles%count
-               return
-            end if
+            if (model%levels(l)%blocks(b)%left_out) cycle
             call g2p_block(model, l, b, motion_of(model, l, clock%step), clock%time, error)
             if (model%method%stress_update /= update_usl) call go_to_faces(model, l, b)
          case (velocity_gradient)
-            if (stays_at_rest(model, l, b)) return
+            call leave_out(model, l, b)
+            if (model%levels(l)%blocks(b)%left_out) cycle
             call g2p_block(model, l, b, still(model, l), clock%time, error)
          case (stress)
+            call wake(model, l, b)
+            if (model%levels(l)%blocks(b)%left_out) cycle
             call stress_block(model, l, b, clock%step, error)
             if (model%method%stress_update /= update_usl) cycle
             call follow_loads(model, l, b, motion_of(model, l, clock%step), clock%time)
             call go_to_faces(model, l, b)
          case (cells)
-            if (stays_at_rest(model, l, b)) return
+            if (model%levels(l)%blocks(b)%left_out) then
+               call count_left_out(model, model%levels(l)%blocks(b))
+               return
+            end if
             call cells_block(model, l, b, error)
             if (model%method%stress_update == update_usl &
                 .and. .not. error%happened()) call look_ahead(model, l, b, clock%ends)
          end select
       end do
    end subroutine carry_out
+
+   !> A block whose particles stay at rest is left out from here on; its cells still get its volume.
+   subroutine leave_out(model, l, b)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      model%levels(l)%blocks(b)%left_out = stays_at_rest(model, l, b)
+      if (.not. model%levels(l)%blocks(b)%left_out) return
+      call model%timers%enter(phase_g2p)
+      if (size(model%effect_step(l)%on_cells) > 0) call give_at_rest(model, l, b)
+   end subroutine leave_out
+
+   !> A block that was left out takes part again where cells that it shares are of material that moves. So far
+   !> nothing has been missed: its nodes do not move.
+   subroutine wake(model, l, b)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      if (size(model%effect_step(l)%on_cells) == 0) return
+      if (.not. model%levels(l)%blocks(b)%left_out) return
+      if (is_woken(model, l, b)) model%levels(l)%blocks(b)%left_out = .false.
+   end subroutine wake
+
+   !> A step of a block that was left out to its end: the time step goes by its wave speed too.
+   subroutine count_left_out(model, block)
+      type(model_t), intent(inout) :: model
+      type(block_t), intent(in) :: block
+      model%bounds%wave_speed = max(model%bounds%wave_speed, block%wave_speed)
+      model%particle_steps_at_rest = model%particle_steps_at_rest + block%particles%count
+   end subroutine count_left_out
 
    !> The work of effects on the nodes of a block, by their motion; of a parent without particles on what is
    !> restricted to it.

@@ -38,6 +38,10 @@ module m_block
       real(wp), allocatable :: resting_mass(:, :, :) !< of its tile, kg: all that particles at rest give to
                                                      !< it, in a state of them
       integer(i8) :: resting_of(2) = -1
+      real(wp), allocatable :: resting_volume(:, :, :) !< of the cells of its tile, m3: all that particles at
+                                                       !< rest give to them, in a state of them
+      integer(i8) :: volume_of(2) = -1
+      logical :: left_out = .false.      !< nothing of the step under way changes its particles
       real(wp) :: lowest(3) = huge(1.0_wp), highest(3) = -huge(1.0_wp) !< bounds of its particles' centres, m
    end type contents_t
 
@@ -59,6 +63,8 @@ module m_block
       procedure :: rests
       procedure :: has_resting_mass
       procedure :: keep_resting_mass
+      procedure :: has_resting_volume
+      procedure :: keep_resting_volume
       procedure :: wants_sorting
       procedure :: sort
       procedure :: count_disorder
@@ -132,6 +138,22 @@ contains
       self%resting_of = self%particles%state()
    end subroutine keep_resting_mass
 
+   !> True when `resting_volume` is all that its particles give to the cells of its tile. At an edge of levels
+   !> it is not kept: cells are joined there as the level moves.
+   pure logical function has_resting_volume(self)
+      class(block_t), intent(in) :: self
+      has_resting_volume = .not. allocated(self%cells%standing) .and. self%rests() &
+                           .and. all(self%volume_of == self%particles%state())
+   end function has_resting_volume
+
+   !> While its particles rest, keep the volumes that they have given to the cells of its tile.
+   pure subroutine keep_resting_volume(self, tile)
+      class(block_t), intent(inout) :: self
+      real(wp), intent(in) :: tile(:, 0:, 0:, 0:) !< cell sums of its particles, volume first
+      self%resting_volume = tile(1, :, :, :)
+      self%volume_of = self%particles%state()
+   end subroutine keep_resting_volume
+
    !> True when the run breaks, which are up to date, and those of the steps before have cost as much as
    !> sorting does. A block that comes to rest is sorted then, for while it rests nothing looks at its order:
    !> sorting must not depend on how long that was.
@@ -176,6 +198,7 @@ contains
       bytes = self%particles%bytes() + self%cells%bytes()
       if (allocated(self%emigrants)) bytes = bytes + 4_i8*size(self%emigrants, kind=i8)
       if (allocated(self%resting_mass)) bytes = bytes + 8_i8*size(self%resting_mass, kind=i8)
+      if (allocated(self%resting_volume)) bytes = bytes + 8_i8*size(self%resting_volume, kind=i8)
    end function bytes
 
 end module m_block

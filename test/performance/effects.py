@@ -99,7 +99,7 @@ def strip(source):
         r'associate\n   end subroutine g2p_block)',
         '',
     )
-    drop(schedule, 'call sum_cells|call measure_work')
+    drop(schedule, 'call sum_cells|call measure_work|call wake')
     for path in grid, schedule, g2p, stress:
         drop(path, r'effect_step\(l\)%')
     drop(cells, 'viscous_pressure')

@@ -2,7 +2,7 @@
 !test: ranks 1 2
 !> A small box flies into a long bar at rest: leaving out the blocks that are at rest changes no bit of any
 !> particle, and neither does what blocks do ahead, nor of the sums over all. What resting blocks give to
-!> their nodes is kept.
+!> their nodes is kept. With anti-locking, too: particles of a block at rest share cells with those of others.
 program at_rest
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
@@ -10,6 +10,7 @@ program at_rest
    use m_box, only: box_t
    use m_scene, only: scene_t, grid_spec_t, update_usl, update_usf, update_musl
    use m_materials, only: material_of
+   use m_anti_locking, only: anti_locking_t
    use m_model, only: model_t
    use m_advance, only: advance
    use m_energy, only: sums_t, measure
@@ -25,7 +26,8 @@ program at_rest
    call comm%start()
    call test%start(comm, 'at rest')
    do u = 1, 3
-      call hit(codes(u))
+      call hit(codes(u), .false.)
+      call hit(codes(u), .true.)
    end do
    call work_ahead(2)
    call work_ahead(10)
@@ -33,15 +35,16 @@ program at_rest
 
 contains
 
-   subroutine hit(update)
+   subroutine hit(update, means)
       integer, intent(in) :: update
+      logical, intent(in) :: means !< with anti-locking
       type(model_t) :: skipping, plain
       type(error_t) :: error
       real(wp) :: share
       integer :: b, kept, resting, step
       plain%skip_at_rest = .false.
-      call skipping%build(comm, box_and_bar(update, 5.0_wp), error)
-      call plain%build(comm, box_and_bar(update, 5.0_wp), error)
+      call build(skipping, comm, box_and_bar(update, 5.0_wp), means, error)
+      call build(plain, comm, box_and_bar(update, 5.0_wp), means, error)
       kept = 0
       resting = 0
       do step = 1, steps
@@ -72,6 +75,19 @@ contains
       call skipping%release()
       call plain%release()
    end subroutine hit
+
+   subroutine build(model, comm, scene, means, error)
+      type(model_t), intent(inout) :: model
+      type(communicator_t), intent(in) :: comm
+      type(scene_t), intent(in) :: scene
+      logical, intent(in) :: means
+      type(error_t), intent(inout) :: error
+      if (means) then
+         allocate (model%effects(1))
+         allocate (model%effects(1)%effect, source=anti_locking_t())
+      end if
+      call model%build(comm, scene, error)
+   end subroutine build
 
    !> With a short time step nothing leaves its block for long and all is done ahead; with a longer one the
    !> box goes over into the next block and its particles are sorted in between. Sums are taken ahead every
