@@ -33,7 +33,8 @@ module m_ghost_penalty
 
    integer, parameter :: reached = 1, sum_of_young = 2, coarse = 3, sum_of_secants = 4, edge = 1 ! places of a
    ! node meanwhile
-   real(wp), parameter :: hair = 1.0e-7_wp    !< cells: what reaches less far into a cell is not in it
+   real(wp), parameter :: hair = 1.0e-7_wp    !< cells: what reaches less far into a cell is not in it;
+   real(wp), parameter :: hair_of_groups = 1.0e-12_wp !< and where bodies press each other: by its nodes
    real(wp), parameter :: one_a_cell = 0.9_wp !< edge of a particle, in cells, that fills its cell alone
    real(wp), parameter :: probed = 0.02_wp    !< equivalent strain up to which a law's secant is taken
 
@@ -46,15 +47,16 @@ contains
       integer, intent(in) :: b
       real(wp), intent(in) :: time_step !< s
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      real(wp) :: corner(3), r(3, 3), place(3)
+      real(wp) :: corner(3), r(3, 3), place(3), reach
       real(wp) :: young(level%blocks(b)%particles%count), secant(level%blocks(b)%particles%count)
       integer :: at(3), c, p, seen(3, 8)
       call moduli_of(level, materials, b, time_step, young, secant)
+      reach = 1.0_wp - merge(hair_of_groups, hair, level%grid%fields > 1)
       associate (block => level%blocks(b), column => level%blocks(b)%particles%column, &
                  x => level%layout%position)
          do p = 1, block%particles%count
             r = half_edges(column(p, :), level%layout)*level%grid%per_cell
-            r = r*min(1.0_wp, 0.5_wp/maxval(sum(abs(r), dim=2)))*(1.0_wp - hair)
+            r = r*min(1.0_wp, 0.5_wp/maxval(sum(abs(r), dim=2)))*reach
             if (level%grid%section%is_flat()) r(:, 2) = 0.0_wp ! one layer of cells
             place = (column(p, x:x + 2) - block%origin)*level%grid%per_cell
             do c = 0, 7

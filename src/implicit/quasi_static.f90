@@ -66,6 +66,7 @@ module m_quasi_static
    real(wp), parameter :: growth = 1.5_wp, min_growth = 0.1_wp
    integer, parameter :: easy = 5              !< Newton iterations up to which the next step is longer
    real(wp), parameter :: smallest_share = 1.0e-3_wp !< of the step that may be taken
+   integer, parameter :: loose_tries = 3       !< of a step in which contact alone holds the bodies some way
 
 contains
 
@@ -199,9 +200,12 @@ contains
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: time_step
       type(error_t), intent(inout) :: error
+      character(len=:), allocatable :: loose
       real(wp) :: now
+      integer :: tries
       logical :: done
       now = time_step
+      tries = 0
       self%failed_before = .false.
       call model%timers%on_level(1)
       do
@@ -213,13 +217,16 @@ contains
             return
          end if
          self%failed_before = .true.
+         tries = tries + 1
+         loose = loose_text(self%equilibrium)
          if (self%equilibrium%outcome /= not_held) &
             self%run_log = self%run_log//'quasi      step '//to_text(model%step + 1)//' of '//si(now, 's')// &
                      ' has no equilibrium after '//to_text(self%equilibrium%newton)// &
                      ' Newton iterations ('//reason(self%equilibrium%outcome)// &
-                     loose_text(self%equilibrium)//'); it is halved'//new_line('a')
+                     loose//'); it is halved'//new_line('a')
          self%halved = self%halved + 1
-         if (0.5_wp*now < self%smallest .or. self%equilibrium%outcome == not_held) then
+         if (0.5_wp*now < self%smallest .or. self%equilibrium%outcome == not_held &
+             .or. (tries >= loose_tries .and. loose /= '')) then
             call complain(self%equilibrium, model, now, self%way, self%farthest, self%own_way, self%bodies, &
                           error)
             call model%timers%on_level(0)

@@ -16,6 +16,8 @@ module m_static_complaints
 
    character(len=*), parameter :: advice = '; try a smaller step, loads that come on more slowly (ramp), '// &
                                            'smaller cells, or boundaries and tools that hold the body'
+   character(len=*), parameter :: loose_advice = '; hold them by a side of the grid or by friction, or '// &
+                                                 'give steps inertia (mode=''newmark'')'
 
    real(wp), parameter :: no_stiffness = 1.0e-8_wp !< of what the diagonal has
 contains
@@ -43,7 +45,7 @@ contains
       real(wp), intent(in) :: own_way    !< and its way
       character(len=*), intent(in) :: bodies(:) !< names
       type(error_t), intent(inout) :: error
-      character(len=:), allocatable :: steps
+      character(len=:), allocatable :: steps, loose, try
       real(wp) :: worst
       logical :: mine
       integer :: at(3), tool
@@ -51,8 +53,10 @@ contains
          call fail(error, exit_numerical, not_held_text(equilibrium%system%unheld, bodies))
          return
       end if
-      steps = 'no equilibrium with steps down to '//si(last, 's')//': '//reason(equilibrium%outcome)// &
-              loose_text(equilibrium)
+      loose = loose_text(equilibrium)
+      steps = 'no equilibrium with steps down to '//si(last, 's')//': '//reason(equilibrium%outcome)//loose
+      try = advice
+      if (loose /= '') try = loose_advice
       call find_cause(equilibrium, model, way, farthest, own_way, worst, at, tool)
       mine = worst >= model%communicator%maximum(worst)
       if (mine .and. tool > 0) then
@@ -60,11 +64,11 @@ contains
                    ': nothing holds it against the loads that push it; move it to where it meets a '// &
                    'body, or give it speeds')
       else if (mine .and. at(3) > 0) then
-         call fail(error, exit_numerical, particle_text(model, at(1), at(2), at(3))//': '//steps//advice)
+         call fail(error, exit_numerical, particle_text(model, at(1), at(2), at(3))//': '//steps//try)
       end if
       call model%communicator%agree(error)
       if (.not. error%happened()) &
-         call fail(error, exit_numerical, 'step '//to_text(model%step + 1)//': '//steps//advice)
+         call fail(error, exit_numerical, 'step '//to_text(model%step + 1)//': '//steps//try)
    end subroutine complain
 
    !> What stands in the way on this rank, and how much: a particle (level, block, particle; 0: none), or a

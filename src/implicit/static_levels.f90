@@ -101,7 +101,6 @@ contains
       count = 0
       do l = 1, size(levels)
          most = model%communicator%maximum(heaviest(model%levels(l)))
-         if (model%contact%pairs%active()) most = 0.0_wp ! bodies press each other at light nodes too
          call levels(l)%unknowns%number(model%levels(l), levels(l)%ghost%filled, most)
          levels(l)%before = count
          count = count + levels(l)%unknowns%count
