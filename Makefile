@@ -48,7 +48,7 @@ library_objects := $(patsubst src/%,$(build)/obj/src/%.o,$(basename $(filter-out
 program := $(if $(filter $(main),$(sources)),$(build)/gimp3d)
 
 # Goals that compile nothing need no list of what depends on what.
-plain_goals := help clean distclean deps needed venv demo test check test-all bench fuzz effects plans plots hardness hard map study api uninstall report gallery paraview benchmarks error_bar pole_figure solve vumat
+plain_goals := help help-all clean distclean deps needed venv demo test check test-all bench fuzz effects plans plots hardness hard map study api uninstall report gallery paraview movie closeup benchmarks error_bar pole_figure solve vumat
 ifneq ($(filter-out $(plain_goals),$(or $(MAKECMDGOALS),gimp3d)),)
 include $(build)/depends.mk
 stale_modules := $(filter-out $(modules:%=$(build)/mod/%.mod),$(wildcard $(build)/mod/*.mod))
@@ -68,7 +68,7 @@ chosen_binaries := $(filter $(wanted),$(test_binaries))
 .DELETE_ON_ERROR:
 .SUFFIXES:
 
-##@ Build (BUILD=opt, debug, profile or avx2; HALO=mpi or coarray; PYTHON=path)
+##@ Build (BUILD=opt, debug, profile, avx2; PYTHON=path; settings may stand in config.mk)
 ## gimp3d       build the program (the default)
 # build the program (the default); BUILD=opt (default), debug, profile or avx2 (without AVX-512);
 # HALO=coarray: ghosts by coarrays, in place of MPI
@@ -77,11 +77,13 @@ ifeq ($(program),)
 	@echo "$(main) is not there yet: built $(build)/libgimp3d.a only"
 else
 	@[ "$$(readlink $@)" = $(program) ] || ln -sfn $(program) $@
+	@[ '$(MAKELEVEL)' != 0 ] || [ '$(words $(or $(MAKECMDGOALS),gimp3d))' != 1 ] || \
+	   [ ! $(program) -ot $(build)/depends.mk.time ] || echo "gimp3d is up to date ($(program))"
 endif
 
 library: $(build)/libgimp3d.a
 
-## tests        build the test programs without running them
+### tests        build the test programs without running them
 tests: gimp3d $(chosen_binaries)
 
 $(build)/gimp3d: $(build)/obj/$(main:.f90=.o) $(build)/libgimp3d.a
@@ -135,16 +137,17 @@ $(build)/flags: FORCE
 $(build)/depends.mk: FORCE
 	@mkdir -p $(@D)
 	@awk -v build=$(build) -f tools/depends.awk $(sources) $(test_sources) > $@.new && $(call write_if_changed,$@)
+	@touch $@.time # when make began, by which it says that there was nothing to do
 
 # ---- set-up --------------------------------------------------------------------------------------------------
 
-.PHONY: deps needed venv help clean distclean
+.PHONY: deps needed venv help help-all clean distclean
 
 # Only `make deps`, `make demo` and `make test` install anything with apt, where they may; other targets say what is missing. With
 # SETUP=no these look only too, and build/venv is not made: PYTHON names a Python then.
 SETUP ?= yes
 
-## deps         look for compiler and libraries; install them where apt may (ATOMS=yes: LAMMPS too)
+### deps         look for compiler and libraries; install them where apt may (ATOMS=yes: LAMMPS too)
 # see that compiler and libraries are there; install them where apt may be used, else say what to type
 deps:
 	@HDF5_INC='$(HDF5_INC)' HDF5_LIB='$(HDF5_LIB)' METIS_INC='$(METIS_INC)' PYTHON='$(PYTHON)' ATOMS='$(ATOMS)' sh tools/deps
@@ -153,7 +156,7 @@ needed:
 	@HDF5_INC='$(HDF5_INC)' HDF5_LIB='$(HDF5_LIB)' METIS_INC='$(METIS_INC)' PYTHON='$(PYTHON)' ATOMS='$(ATOMS)' sh tools/deps --look
 
 # PYTHON=path takes a Python that already has what post/pyproject.toml names; without it, one is set up under build/venv.
-export PYTHONPATH := $(CURDIR)/post:$(CURDIR)/test/regression:$(CURDIR)/test/stability
+export PYTHONPATH := $(CURDIR)/post:$(CURDIR)/test/harness:$(CURDIR)/test/regression:$(CURDIR)/test/stability
 post = $(python) -m gimp3d
 ifeq ($(PYTHON),)
 python := build/venv/bin/python
@@ -165,7 +168,7 @@ venv:
 	@:
 endif
 
-## venv         the Python packages of post, in build/venv
+### venv         the Python packages of post, in build/venv
 build/venv/complete: post/pyproject.toml
 	@[ '$(SETUP)' != no ] || { echo "SETUP=no, and build/venv is not there: say PYTHON=/path/to/python, of a Python that has what $< names"; exit 1; }
 	@echo "  venv     build/venv (numpy, scipy, h5py, matplotlib, vtk)"
@@ -176,16 +179,22 @@ build/venv/complete: post/pyproject.toml
 	   exit 1; }
 	@touch $@
 
-## help         this list
+### help         this list
 help:
-	@echo 'make [TARGET]; settings: VARIABLE=value, or config.mk; documents: doc/user'
-	@sed -n 's/^##@ /\n/p; s/^## /  /p' Makefile mk/tools.mk mk/tests.mk mk/install.mk
+	@echo 'make [TARGET] [VARIABLE=value]; documents: doc/user; each target of a line: make help-all'
+	@sed -n 's/^##@ //p; s/^## /  /p' Makefile mk/tools.mk mk/tests.mk mk/install.mk
+	@echo "  more        $$(sed -n 's/^### \([a-z_-]*\) .*/\1/p' Makefile mk/tools.mk mk/tests.mk mk/install.mk | xargs)" | \
+	   fold -s -w 64 | sed '2,$$s/^/               /'
+
+### help-all     all targets with their variables
+help-all:
+	@sed -n 's/^##@ /\n/p; s/^##*# /  /p' Makefile mk/tools.mk mk/tests.mk mk/install.mk
 
 ## clean        remove what was compiled
 clean:
 	rm -rf $(builds:%=build/%) build/*_coarray build/effects build/plans build/api gimp3d
 
-## distclean    clean, and remove the Python packages (out/ and config.mk stay)
+### distclean    clean, and remove the Python packages (out/ and config.mk stay)
 distclean: clean
 	rm -rf build
 

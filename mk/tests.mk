@@ -2,12 +2,12 @@
 
 .PHONY: test check test-all fuzz bench effects plans hard map
 
-##@ Tests (TESTS="unit input/run ..." runs these suites or tests only)
-## check        what one wants after each edit: at most 3 minutes on 2 cores
+##@ Tests (TESTS="unit input/run": these suites or tests)
+## check        after each edit: at most 3 minutes on 2 cores
 check:
 	@$(MAKE) --no-print-directory test TEST_OPTIONS=--check
 
-## test         the default tests: a quarter of an hour on 2 cores
+## test         the default tests: 10 minutes on 2 cores
 test:
 	$(set_up)
 	@$(MAKE) --no-print-directory -k $(jobs) tests
@@ -18,14 +18,14 @@ test:
 test-all:
 	@$(MAKE) --no-print-directory test TEST_OPTIONS=--all
 
-## fuzz         a fuzzer makes scenes for the reader; SECONDS=600
+### fuzz         a fuzzer makes scenes for the reader; SECONDS=600
 # let a fuzzer make scenes for the reader (needs afl-fuzz); SECONDS=600
 fuzz:
 	@command -v afl-fuzz > /dev/null || { echo "afl-fuzz is not there: apt-get install afl++"; exit 1; }
 	@$(MAKE) --no-print-directory $(jobs) BUILD=fuzz tests TESTS=input
 	@test/input/fuzz.sh $(or $(SECONDS),600)
 
-## bench        time the benchmark scenes (performance.md); BENCH="block contact"
+### bench        time the benchmark scenes (performance.md); BENCH="block contact"
 # time the benchmark scenes: the tables of doc/user/performance.md; BENCH="block growth" makes these tables
 # only
 bench:
@@ -37,21 +37,21 @@ bench:
 	   $(if $(BEFORE),--before $(BEFORE)) --coarrays build/$(BUILD)_coarray/test/performance \
 	   --build '$(version); $(flags).'
 
-## effects      what effects cost scenes without them; SCENES="cone demo"
+### effects      what effects cost scenes without them; SCENES="cone demo"
 # count what effects cost scenes that do not call for them (perf or valgrind); SCENES="cone demo" counts these
 # only
 effects:
 	@$(MAKE) --no-print-directory needed
 	@$(mpi) python3 test/performance/effects.py build/effects $(if $(SCENES),--only $(SCENES))
 
-## plans        plans beside what the scenes take; PLANS="--only cone"
+### plans        plans beside what the scenes take; PLANS="--only cone"
 # what mode='plan' says beside what the scenes of input/ take; PLANS="--ranks 2 --only cone" as
 # test/performance/plans.py has it
 plans:
 	@$(MAKE) --no-print-directory gimp3d
 	@$(mpi) python3 test/performance/plans.py build/plans $(PLANS)
 
-## hard         the hard cases (hard_cases.md); RANKS=1 CASES="spin" SIZE=short
+### hard         the hard cases (hard_cases.md); RANKS=1 CASES="spin" SIZE=short
 # the gallery of hard cases (doc/user/hard_cases.md) on RANKS=1; CASES="spin crossing" runs these, SIZE=short
 # their short forms
 hard:
@@ -60,7 +60,7 @@ hard:
 	@$(mpi) BUILD=$(BUILD) $(python) test/stability/gallery.py $(build)/hard_$(RANKS)$(if $(SIZE),_$(SIZE)) $(build)/gimp3d $(build)/test/stability \
 	   --ranks $(RANKS) $(if $(SIZE),--$(SIZE)) $(CASES)
 
-## map          which time steps are stable (hard_cases.md)
+### map          which time steps are stable (hard_cases.md)
 # which time steps are stable: the map of doc/user/hard_cases.md, on RANKS=1
 map:
 	$(look)

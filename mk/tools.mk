@@ -1,8 +1,8 @@
 # Tools for users: drawing, hardness, studies, users' laws.
 
-.PHONY: demo plots hardness vumat error_bar paraview pole_figure study solve report gallery benchmarks api
+.PHONY: demo plots hardness vumat error_bar paraview movie closeup pole_figure study solve report gallery benchmarks api
 
-##@ Use
+##@ Use (RUN=out/cone: the directory of a run; the same: gimp3d-post COMMAND RUN)
 ## demo         from nothing: set up, build, press a sphere, draw the results
 # everything from nothing: set up, build, press a sphere into a cylinder on 2 ranks, draw the results
 demo:
@@ -15,16 +15,16 @@ demo:
 	   PLOT_OPTIONS="--finite-elements test/references/fem/sphere_hypo_h0.1.csv"
 	@echo "The load over depth is in out/demo/load_depth.png, a stress section in out/demo/section.png"
 
-## plots        RUN=out/cone: load_depth.png, section.png, energy.png
+## plots        RUN: load over depth, section, energies (PLOT_OPTIONS=--help)
 # RUN=directory: draw load_depth.png, section.png, energy.png from what a run wrote there; tools.xdmf: its
-# tools for ParaView
+# tools for ParaView; PLOT_OPTIONS="--finite-elements FILE.csv --no-theory --snapshot FILE.hdf"
 plots:
-	@[ -n "$(RUN)" ] || { echo "Say which run: make plots RUN=out/cone"; exit 1; }
+	@[ -n "$(RUN)" ] || [ "$(PLOT_OPTIONS)" = --help ] || { echo "Say which run: make plots RUN=out/cone"; exit 1; }
 	@$(MAKE) --no-print-directory venv
-	@$(post) plots $(PLOT_OPTIONS) "$(RUN)"
+	@$(post) plots $(PLOT_OPTIONS) $(if $(RUN),"$(RUN)")
 	@[ ! -f "$(RUN)/particles.hdf.series" ] || $(post) tool_surface "$(RUN)"
 
-## hardness     RUN=out/indenter: hardness, modulus, pile-up (hardness.md)
+## hardness     RUN: hardness, modulus, pile-up with uncertainties (hardness.md)
 # RUN=directory: hardness, modulus, pile-up of an indentation (doc/user/hardness.md); TOOL=name,
 # OPTIONS="--beta 1.034"
 hardness:
@@ -36,7 +36,7 @@ hardness:
 vumat_flags_fortran = -O2 -march=$(ARCH) -std=legacy -w -ffixed-line-length-132 -ffree-line-length-none -Itools/vumat
 vumat_source = $(if $(filter %.c,$(FILE)),cc -O2 -march=$(ARCH),gfortran $(vumat_flags_fortran))
 
-## vumat        FILE=mylaw.f (or .c): a user's law, mylaw.so (vumat.md)
+### vumat        FILE=mylaw.f (or .c): a user's law, mylaw.so (vumat.md)
 # FILE=mylaw.f: mylaw.so, a law for model='vumat', library='./mylaw.so' (doc/developer/vumat.md); mylaw.c for
 # model='c_law'
 vumat:
@@ -45,7 +45,7 @@ vumat:
 	@$(vumat_source) -fPIC -shared -o "$(basename $(FILE)).so" "$(FILE)"
 	@echo "The law is in $(basename $(FILE)).so"
 
-## error_bar    RUNS="out/a out/b": error bars from several runs
+### error_bar    RUNS="out/a out/b": error bars from several runs
 # RUNS="directory directory ...": error bars of hardness, modulus, ... from runs on other cells, at other
 # speeds; TOOL=name
 error_bar:
@@ -53,7 +53,21 @@ error_bar:
 	@$(MAKE) --no-print-directory venv
 	@$(post) error_bar $(TOOL:%=--tool %) $(RUNS)
 
-## paraview     RUN=out/cone: its scene for ParaView and a picture
+## closeup      RUN: a picture of the imprint beside the load over depth
+# RUN=directory: closeup.png, the imprint beside the load over depth, with hardness and modulus
+closeup:
+	@[ -n "$(RUN)" ] || { echo "Say which run: make closeup RUN=out/indenter"; exit 2; }
+	@$(MAKE) --no-print-directory venv
+	@$(post) closeup $(CLOSEUP_OPTIONS) "$(RUN)"
+
+## movie        RUN: an animation, the section beside the load over depth
+# RUN=directory: movie.gif, and movie.mp4 where ffmpeg is there, a frame for each snapshot
+movie:
+	@[ -n "$(RUN)" ] || { echo "Say which run: make movie RUN=out/cone"; exit 2; }
+	@$(MAKE) --no-print-directory venv
+	@$(post) movie $(MOVIE_OPTIONS) "$(RUN)"
+
+## paraview     RUN: its scene for ParaView and a picture
 # RUN=directory: its scene for ParaView (paraview.pvsm) and a picture of that; opened where there is a
 # display. PARAVIEW_OPTIONS=--frames: a picture of every snapshot
 paraview:
@@ -64,7 +78,7 @@ paraview:
 	@$(post) paraview $(PARAVIEW_OPTIONS) "$(RUN)"
 	@[ -z "$$DISPLAY" ] || ! command -v paraview > /dev/null || paraview "$(RUN)/paraview.pvsm"
 
-## pole_figure  RUN=out/texture: the texture of its crystals
+### pole_figure  RUN=out/texture: the texture of its crystals
 # RUN=directory: the texture of its crystals, RUN/pole_figure.png, and how much lies near copper, brass, S,
 # Goss, cube; POLE_OPTIONS="--pole 100 --snapshot 0"
 pole_figure:
@@ -93,7 +107,7 @@ solve:
 	   $(if $(filter-out 0,$(HALF_SPACE)),--half-space) \
 	   $(if $(filter file,$(origin RANKS)),,--ranks $(RANKS)) $(SOLVE_OPTIONS) $(SCENE)
 
-## report       RUN=out/cone: one page about a run, report.html (report.md)
+## report       RUN: one page about it, report.html (report.md)
 # RUN=directory: one page about a run, complete in itself: RUN/report.html (doc/user/report.md);
 # REPORT_OPTIONS
 report:
@@ -101,7 +115,7 @@ report:
 	@$(MAKE) --no-print-directory venv
 	@$(post) report $(REPORT_OPTIONS) "$(RUN)"
 
-## gallery      all shipped scenes with their reports; SCENES="cone demo"
+### gallery      all shipped scenes with their reports; SCENES="cone demo"
 # a page of all shipped scenes with their reports, out/gallery/index.html; SCENES="cone demo" runs these, on
 # RANKS=1
 gallery:
@@ -109,7 +123,7 @@ gallery:
 	@$(MAKE) --no-print-directory $(jobs) gimp3d
 	@$(mpi) $(post) gallery --ranks $(RANKS) $(GALLERY_OPTIONS) $(SCENES)
 
-## benchmarks   published and exact numbers beside ours (benchmarks.md)
+### benchmarks   published and exact numbers beside ours (benchmarks.md)
 # the book of benchmarks (doc/user/benchmarks.md): published and exact numbers beside ours, on 2 ranks if
 # RANKS is not said; CASES="B1 B7" these only, GRIDS=coarse (or fine), BENCHMARK_OPTIONS=--list what has been
 # run
@@ -119,7 +133,7 @@ benchmarks:
 	@$(mpi) $(post) benchmarks $(if $(filter file,$(origin RANKS)),,--ranks $(RANKS)) $(if $(GRIDS),--grids "$(GRIDS)") \
 	   $(BENCHMARK_OPTIONS) $(CASES)
 
-## api          pages of every module and procedure from the sources
+### api          pages of every module and procedure from the sources
 # pages of every module, type and procedure, from the comments of src: build/api/index.html
 api:
 	@$(MAKE) --no-print-directory venv

@@ -183,13 +183,7 @@ class Run:
 def command(name, *arguments, **options):
     """A subcommand of gimp3d-post within this process: what it prints. `options` are those of its command
     line, `no_plots=True` for --no-plots. RunFailed with its sentence where it ends with another status."""
-    words = [str(word) for word in arguments]
-    for option, value in options.items():
-        if value is None or value is False:
-            continue
-        words.append("--" + option.replace("_", "-"))
-        if value is not True:
-            words.append(",".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value))
+    words = [*map(str, arguments), *words_of(options)]
     out, err, before = io.StringIO(), io.StringIO(), sys.argv
     sys.argv = [f"gimp3d-post {name}", *words]
     try:
@@ -214,11 +208,43 @@ def report_of(directory, **options):
     return Run(directory).report(**options)
 
 
+def words_of(options):
+    """Options of a command line from keywords: no_plots=True is --no-plots."""
+    words = []
+    for option, value in options.items():
+        if value is None or value is False:
+            continue
+        words.append("--" + option.replace("_", "-"))
+        if value is not True:
+            words.append(",".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value))
+    return words
+
+
+def found_by(name, scene, options):
+    """What study or solve finds, as a dictionary; what they print is not shown. RunFailed with the sentence
+    where there is no answer."""
+    if "program" not in options:
+        from .launch import find_program
+
+        options["program"] = find_program()
+    module = import_module(f".{name}", __package__)
+    try:
+        with contextlib.redirect_stdout(io.StringIO()):
+            return module.find(module.arguments([str(scene), *words_of(options)]))
+    except module.NoAnswer as reason:
+        raise RunFailed(reason.status, str(reason)) from None
+
+
 def study_of(scene, **options):
-    """What `gimp3d-post study` prints for a scene file: study_of("input/hertz.nml", quantity="load")."""
-    return command("study", scene, **options)
+    """What the accuracy of a scene costs: study_of("input/hertz.nml", quantity="load", budget=300), options
+    as of `gimp3d-post study`. A dictionary: `runs` (a dictionary a run: cell, core_seconds, error_percent,
+    ...), `orders` by family, `front` (core_seconds and error_percent of the Pareto front), `shares`,
+    `comparisons`, `answers` (sentences), `directory`."""
+    return found_by("study", scene, options)
 
 
 def solve_for(scene, error, **options):
-    """What `gimp3d-post solve` prints: solve_for("input/hertz.nml", error=1, quantity="load")."""
-    return command("solve", scene, error=error, **options)
+    """The cheapest settings that have an error (%): solve_for("input/hertz.nml", error=1, quantity="load"),
+    options as of `gimp3d-post solve`. A dictionary, that of answer.json: `settings`, `error` and
+    `error_uncertainty` (%), `seconds`, `parts` of the error, `met`, `run` (directory), `chosen` (the scene)."""
+    return found_by("solve", scene, {"error": error, **options})

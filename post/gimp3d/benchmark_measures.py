@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from . import hardness
+from . import indentation
 from . import oliver_pharr
 from .benchmark_scenes import plane_modulus, poisson
 from .layered import base_compliance
@@ -88,12 +89,7 @@ def kinetic(directory):
     end = int(np.argmax(record.depth))
     half = int(np.argmax(record.depth >= 0.5 * record.depth[end]))
     energy = History(run.directory / "energy.dat")
-    used = (
-        (energy["time"] >= record.time[half])
-        & (energy["time"] <= record.time[end])
-        & (energy["external_work"] > 0)
-    )
-    return {"kinetic": float(np.max(energy["kinetic"][used] / energy["external_work"][used]))}
+    return {"kinetic": indentation.kinetic_share(energy, record.time[half], record.time[end])}
 
 
 @lru_cache(maxsize=64)

@@ -481,22 +481,19 @@ def kinetic_share(run, record, row, main, answer, motion):
         return
     half = record.time[np.argmax(record.depth >= 0.5 * record.depth[row])]
     last = record.time[main[0].end if main else row]
-    used = (energy["time"] >= half) & (energy["time"] <= last) & (energy["external_work"] > 0)
-    if not np.any(used):
+    share = indentation.kinetic_share(energy, half, last)
+    if share is None:
         return
-    # what an elastic unloading gives back counts as work done
-    work = np.maximum.accumulate(energy["external_work"])
-    answer["kinetic_share"] = float(np.max(energy["kinetic"][used] / work[used]))
+    answer["kinetic_share"] = share
     if answer["kinetic_share"] > 0.01:
         answer["notes"].append(
             f"Kinetic energy reaches {100 * answer['kinetic_share']:.2g} % of the work over the part that is "
             f"used: the curve is not quasi-static; {motion.cure()}."
         )
-    loading = used & (energy["time"] <= record.time[row])
-    if answer.get("work_ratio") is None or answer["work_ratio"] >= 1.0 or not np.any(loading):
+    loading = indentation.kinetic_share(energy, half, record.time[row])
+    if answer.get("work_ratio") is None or answer["work_ratio"] >= 1.0 or loading is None:
         return
-    back = 1.0 - answer["work_ratio"]
-    answer["kinetic_over_returned"] = float(np.max(energy["kinetic"][loading] / work[loading])) / back
+    answer["kinetic_over_returned"] = loading / (1.0 - answer["work_ratio"])
     if answer["kinetic_over_returned"] > 0.1:
         answer["notes"].append(
             f"Kinetic energy on the way in is {100 * answer['kinetic_over_returned']:.2g} % of the energy "

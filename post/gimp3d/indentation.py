@@ -16,6 +16,16 @@ def share_of_body(history):
     return float(history.notes["model_share"])
 
 
+def kinetic_share(energy, first, last):
+    """Largest kinetic energy between two times (s), as a share of the most that loads had done by then or of
+    the strain energy, whichever is larger; None where neither is above 0. A quasi-static load has less than
+    0.01. What an elastic unloading gives back counts as work done."""
+    work = np.maximum.accumulate(np.abs(energy["external_work"]))
+    work = np.maximum(work, energy.columns.get("strain", 0.0))
+    used = (energy["time"] >= first) & (energy["time"] <= last) & (work > 0)
+    return float(np.max(energy["kinetic"][used] / work[used])) if np.any(used) else None
+
+
 def unit_axis(tool):
     axis = np.array(tool.get("axis", [0.0, 0.0, -1.0]))
     return axis / np.linalg.norm(axis)

@@ -16,6 +16,7 @@ import datetime
 import hashlib
 import os
 import re
+import shutil
 import sys
 import time
 from pathlib import Path
@@ -149,7 +150,13 @@ class Report:
     def worth(self):
         return self.attempt(
             "the verdicts",
-            lambda: judge(self.log, self.notes, self.energy, [one for _, one in self.tools.values()]),
+            lambda: judge(
+                self.log,
+                self.notes,
+                self.energy,
+                [one for _, one in self.tools.values()],
+                next(iter(self.answers.values()), None),
+            ),
         )
 
 
@@ -258,8 +265,18 @@ def warnings(report, rows):
 
 
 def described():
-    """Unit and meaning of every variable, (group, name) -> (unit, meaning), from doc/user/input.md."""
-    path = root / "doc" / "user" / "input.md"
+    """Unit and meaning of every variable, (group, name) -> (unit, meaning), from doc/user/input.md of the
+    sources, of make install, or beside the program; empty where it is in none of them."""
+    program = shutil.which("gimp3d")
+    near = (
+        [Path(program).resolve().parent, Path(program).resolve().parents[1] / "share/gimp3d"]
+        if program
+        else []
+    )
+    places = [one / "doc/user/input.md" for one in (root, *near)]
+    path = next((one for one in places if one.is_file()), None)
+    if path is None:
+        return {}
     row = re.compile(r"\| *`(\w+)` *\| *`(\w+)` *\|[^|]*\|([^|]*)\|[^|]*\|[^|]*\|(.*)\|\s*$")
     found = {}
     for line in path.read_text().splitlines():
@@ -277,11 +294,7 @@ def scene(report):
             "What was simulated",
             tag("p", "case.nml, which has every value used, is not there or cannot be read."),
         )
-    try:
-        known = described()
-    except OSError as error:
-        known = {}
-        report.problems.append(f"units of the scene's values are missing: {error}")
+    known = described()
     groups = []
     for group, ones in report.run.case.items():
         for number, one in enumerate(ones, 1):
@@ -343,6 +356,7 @@ def charts_and_stills(report):
         if made:
             if report.answers.get(name):
                 report_answer.add_line(made[0], report.answers[name])
+                report_answer.hide_theory(report.run.case, made[0])
             specs.append(made[0])
             words += made[1]
             if len(made[0]["axes"]) > 1 and made[0]["axes"][0]["name"] == "depth":
@@ -365,6 +379,11 @@ def charts_and_stills(report):
     }
     if probes:
         specs += report.attempt("the probes", lambda: [report_charts.probes(probes)])
+    for name, answer in report.answers.items():
+        several = len(report.run.tools) > 1
+        path = report.directory / (f"hardness_profile_{name}.csv" if several else "hardness_profile.csv")
+        if answer and path.is_file():
+            specs += report.attempt(f"the profile of {name}", lambda: [report_charts.profile(path, name)])
     return specs, stills, words
 
 
@@ -374,13 +393,13 @@ def chart_figure(spec, stills):
 
 
 def histories(specs, stills, words):
-    """The curves behind the first one, which stands on the first screen."""
+    """The curves behind the first one, which stands on the first screen, and the profiles."""
     if not specs:
         return section("curves", "Curves", tag("p", "The run wrote no history that could be drawn."))
-    figures = [chart_figure(spec, stills) for spec in specs[1:]]
+    figures = [chart_figure(spec, stills) for spec in specs[1:] if not is_profile(spec)]
     how = (
-        "Point at a curve to read it, or use the arrow keys. Drag a box to zoom in (a flat one zooms along "
-        "one axis); double-click or press 0 to see the whole."
+        "Point at a curve to read it. Drag a box to zoom in (a flat one zooms along one axis); double-click "
+        "to see the whole; click a name to hide its curve."
     )
     return section(
         "curves",
@@ -391,6 +410,10 @@ def histories(specs, stills, words):
     )
 
 
+def is_profile(spec):
+    return spec["id"].startswith("chart-profile")
+
+
 def caption_of(spec):
     if spec["id"].startswith("chart-tool"):
         return (
@@ -398,10 +421,16 @@ def caption_of(spec):
         )
     if spec["id"] == "chart-energy":
         return "Sums over the modelled part, from energy.dat."
+    if is_profile(spec):
+        return (
+            "Means over rings about the tool's axis: height above the first surface, at the largest depth "
+            "and when the load is gone; and the pressure under the tool at the largest depth."
+        )
     return "Each probe follows the particle that was nearest to it at the start."
 
 
-def pictures(report):
+def pictures(report, profiles):
+    """profiles: figures of the imprint's profile."""
     if report.particles is None:
         return section(
             "pictures",
@@ -445,6 +474,8 @@ def pictures(report):
         *([slider(moving, plots.Section(report.run, report.particles).place)] if moving else []),
         *(tag("h3", words) for words in ["Surface from above"] if top),
         tag("div", *map(image, top), class_="pictures"),
+        *(tag("h3", words) for words in ["Profile of the imprint"] if profiles),
+        tag("div", *profiles, class_="charts"),
     )
 
 
@@ -634,7 +665,7 @@ def build(directory, options):
     specs, stills, words = charts_and_stills(report)
     parts = [
         report_answer.section_of(report, chart_figure(specs[0], stills) if specs else None),
-        pictures(report),
+        pictures(report, [chart_figure(spec, stills) for spec in specs if is_profile(spec)]),
         histories(specs, stills, words),
         *hardness_sections(report),
         worth_section(rows),
@@ -660,7 +691,9 @@ def build(directory, options):
         ),
     )
     body = join([heading(report), links, tag("main", *parts), foot, embedded({"charts": specs})], "\n")
-    return whole(f"{report.title} - gimp3d", body, ["report.js"] if specs else []), report
+    return whole(
+        f"{report.title} - gimp3d", body, ["plotly-basic.min.js", "report.js"] if specs else []
+    ), report
 
 
 def write(path, page):

@@ -89,6 +89,14 @@ def add_line(spec, answer):
     )
 
 
+def hide_theory(case, spec):
+    """The load of an elastic half-space is not shown at first beside that of a body that yields."""
+    if any("yield_stress" in material for material in case.get("material", [])):
+        for series in spec["views"][0]["series"]:
+            if "half-space" in series["name"]:
+                series["hidden"] = True
+
+
 def rows_of(report, name, answer):
     """(label, value) of the first screen."""
     tool, history = report.tools[name]

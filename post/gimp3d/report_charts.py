@@ -103,6 +103,40 @@ def tool(run, one, history, options):
     return chart(f"tool-{name}", f"Tool {name}: load", axes, views), words
 
 
+def profile(path, tool):
+    """Height of the surface and pressure under the tool over the distance from its axis, from
+    hardness_profile.csv (nm, GPa)."""
+    rows = np.genfromtxt(path, delimiter=",", skip_header=1, ndmin=2)
+    if rows.ndim != 2 or rows.shape[1] != 7:
+        raise Unreadable(f"{path} has not the columns of a profile")
+    loaded, unloaded = (rows[rows[:, 0] == which] for which in (0, 1))
+    first = loaded if len(loaded) else unloaded
+    distance = axis("distance from the axis", "m", 1e-9 * first[:, 1])
+
+    def series(name, part, values):
+        own = {} if part is first else {"x": listed(1e-9 * part[:, 1]), "axis": 0}
+        return {"name": name, **own, "y": listed(values)}
+
+    parts = [(name, part) for name, part in (("loaded", loaded), ("unloaded", unloaded)) if len(part)]
+    views = [
+        {
+            "name": "height",
+            "unit": "m",
+            "series": [series(name, part, 1e-9 * part[:, 2]) for name, part in parts],
+        }
+    ]
+    if len(loaded):
+        pressures = [("normal stress", 5), ("contact pressure", 6)]
+        views.append(
+            {
+                "name": "pressure",
+                "unit": "Pa",
+                "series": [series(name, loaded, 1e9 * loaded[:, column]) for name, column in pressures],
+            }
+        )
+    return chart(f"profile-{tool}", "Profile of the imprint", [distance], views)
+
+
 def energies(history):
     """All energies, and the balance error in per cent."""
     rows = chosen_rows(sum(np.abs(history[name]) for name, unit in history.units.items() if unit == "J"))

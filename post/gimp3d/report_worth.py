@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from . import indentation
+
 good, look, compare = "good", "look at it", "compare"
 
 # The limits of that table.
@@ -40,19 +42,20 @@ def percent(share):
     return f"{100 * share:.3g} %"
 
 
-def judge(log, notes, energy, tools):
+def judge(log, notes, energy, tools, answer=None):
     """The rows that can be made of what is there.
 
     log     RunLog, or None
     notes   AUXDATA of cost.dat (texts)
     energy  History of energy.dat, or None
     tools   histories of tools (History)
+    answer  what make hardness has found (hardness.json), or None
     """
     figures = {name: float(text) for name, text in notes.items() if re.fullmatch(r"[-+.\deE]+", text)}
     rows = [
         *contact(log, figures),
         *balances(figures),
-        kinetic_share(energy, tools),
+        kinetic(energy, tools, answer or {}),
         *conserved(figures, energy),
         stress_error(figures),
         expected(figures),
@@ -126,9 +129,11 @@ def balances(figures):
             )
 
 
-def kinetic_share(energy, tools):
-    """For a load that is meant to be quasi-static: kinetic energy beside the work, over the second half of
-    the depth."""
+def kinetic(energy, tools, answer):
+    """For a load that is meant to be quasi-static: kinetic energy beside the work, from half of the largest
+    depth on; until the end of the unloading where hardness has used one, else until the largest depth."""
+    if answer.get("kinetic_share") is not None:
+        return kinetic_row(answer["kinetic_share"], "the part of the curve that hardness uses")
     moved = [tool for tool in tools if tool.rows and np.nanmax(tool["depth"]) > 0]
     if (
         not moved
@@ -141,19 +146,17 @@ def kinetic_share(energy, tools):
     turn = int(np.nanargmax(tool["depth"]))
     if not turn:
         return None
-    depth = np.interp(energy["time"], tool["time"], tool["depth"], left=-np.inf, right=-np.inf)
-    chosen = (depth >= 0.5 * tool["depth"][turn]) & (energy["time"] <= tool["time"][turn])
-    work = np.maximum(np.abs(energy["external_work"]), energy["strain"])
-    chosen &= work > 0
-    if not np.any(chosen):
-        return None
-    share = energy["kinetic"][chosen] / work[chosen]
+    half = tool["time"][int(np.argmax(tool["depth"] >= 0.5 * tool["depth"][turn]))]
+    share = indentation.kinetic_share(energy, half, tool["time"][turn])
+    return None if share is None else kinetic_row(share, "the second half of the depth")
+
+
+def kinetic_row(share, where):
     return Judgement(
         "kinetic energy",
-        f"at most {percent(np.nanmax(share))} of the work over the second half of the depth, "
-        f"{percent(share[-1])} at its end",
+        f"at most {percent(share)} of the work over {where}",
         f"below {percent(most_kinetic)} for a quasi-static load",
-        good if np.nanmax(share) < most_kinetic else look,
+        good if share < most_kinetic else look,
         "load more slowly, if the load is meant to be quasi-static",
     )
 

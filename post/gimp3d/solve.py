@@ -555,6 +555,7 @@ def record_of(solve, errors, choice, run, predicted, pace):
         "megabytes": run.record.get("megabytes"),
         "predicted_megabytes": choice.megabytes,
         "run": str(run.directory),
+        "chosen": str(solve.study.directory / "chosen.nml"),
         "met": error <= solve.options.error,
     }
 
@@ -683,7 +684,7 @@ def solve_scene(study, options):
                 + (", though by less than the error is uncertain by" if open_still else "")
                 + f": {study.directory / 'answer.json'}, {study.directory / 'chosen.nml'}"
             )
-            return
+            return record
         if attempts == ROUNDS:
             break
         say("the target is missed: once more, with all runs so far")
@@ -713,7 +714,15 @@ def refusal(solve, cheapest, best, least):
     return said
 
 
-def arguments():
+class NoAnswer(Exception):
+    """There is nothing to say; the text says why, `status` is that of the command."""
+
+    def __init__(self, status, sentence):
+        super().__init__(sentence)
+        self.status = status
+
+
+def arguments(words=None):
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -739,11 +748,11 @@ def arguments():
         default=os.environ.get("MPIRUN", "mpirun"),
         help="what starts runs; -n RANKS PROGRAM follows",
     )
-    return parser.parse_args()
+    return parser.parse_args(words)
 
 
-def main():
-    options = arguments()
+def find(options):
+    """The answer as a dictionary; its files are written, its way is printed. Raises NoAnswer."""
     options.build = Path("build/opt")
     options.out = options.out or Path("out/solve") / options.scene.stem
     try:
@@ -760,13 +769,19 @@ def main():
         if study.setting.program:
             raise BadSetting(f"{options.scene} is a scene of another program, which has no mode='plan'")
         study.setting.lenient = True
-        solve_scene(study, options)
+        return solve_scene(study, options)
     except Missed as reason:
-        print(f"solve: {reason}", file=sys.stderr)
-        return 1
+        raise NoAnswer(1, str(reason)) from None
     except (BadSetting, Rejected, Unreadable) as error:
-        print(f"solve: {error}", file=sys.stderr)
-        return 2
+        raise NoAnswer(2, str(error)) from None
+
+
+def main():
+    try:
+        find(arguments())
+    except NoAnswer as reason:
+        print(f"solve: {reason}", file=sys.stderr)
+        return reason.status
     return 0
 
 

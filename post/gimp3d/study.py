@@ -6,7 +6,8 @@
 What is climbed stands in NAME.toml or studies/NAME.toml beside SCENE (NAME.nml); without that file, ladders
 by default and Richardson's limit of the three finest grids as the reference. Under --out: study.csv (every
 run: error, core-seconds, memory), study.png (error over core-seconds, the Pareto front marked), shares.csv
-(what halving each thing by itself changes), comparisons.csv (families at equal error), answers.txt. What was
+(what halving each thing by itself changes), comparisons.csv (families at equal error), answers.txt; study.json
+has all of it. What was
 run stays and is not run again while scene and program are the same: an interrupted study goes on.
 
 Core-seconds are those of the time loop without the writing of files, times the ranks: medians of --repeats as
@@ -14,6 +15,7 @@ far as --budget allows."""
 
 import argparse
 import hashlib
+import json
 import os
 import shlex
 import sys
@@ -409,6 +411,24 @@ def write(study, plan, results):
     )
     said = sentences(study, plan, results)
     report.write_text(folder / "answers.txt", "\n".join(said) + "\n")
+    record = {
+        "scene": str(study.scene),
+        "title": study.setting.title,
+        "quantity": study.quantity.name,
+        "reference": comparison.name,
+        "reference_error_percent": study.quantity.reference_error,
+        "runs": rows,
+        "orders": orders,
+        "front": {
+            "core_seconds": list(map(float, front.costs)),
+            "error_percent": list(map(float, front.errors)),
+        },
+        "shares": shares,
+        "comparisons": pairs,
+        "answers": said,
+        "directory": str(folder),
+    }
+    report.write_text(folder / "study.json", json.dumps(record, indent=1) + "\n")
     print(
         report.markdown(
             rows,
@@ -442,9 +462,18 @@ def write(study, plan, results):
         )
     print("\n".join(said))
     print(f"\n{folder}: " + ", ".join(sorted(path.name for path in folder.iterdir())))
+    return record
 
 
-def arguments():
+class NoAnswer(Exception):
+    """There is nothing to say; the text says why, `status` is that of the command."""
+
+    def __init__(self, status, sentence):
+        super().__init__(sentence)
+        self.status = status
+
+
+def arguments(words=None):
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -473,11 +502,11 @@ def arguments():
         default=os.environ.get("MPIRUN", "mpirun"),
         help="what starts runs; -n RANKS PROGRAM follows",
     )
-    return parser.parse_args()
+    return parser.parse_args(words)
 
 
-def main():
-    options = arguments()
+def find(options):
+    """The study as a dictionary; its files are written, its tables printed. Raises NoAnswer."""
     try:
         if not options.scene.is_file():
             raise Unreadable(f"{options.scene}: no such scene")
@@ -493,10 +522,17 @@ def main():
         budget.repeats(
             list(dict.fromkeys(run for runs in plan.families.values() for run in runs)), options.repeats
         )
-        write(study, plan, assess(study, plan))
+        return write(study, plan, assess(study, plan))
     except (BadSetting, Rejected, Unreadable) as error:
-        print(f"study: {error}", file=sys.stderr)
-        return 2
+        raise NoAnswer(2, str(error)) from None
+
+
+def main():
+    try:
+        find(arguments())
+    except NoAnswer as reason:
+        print(f"study: {reason}", file=sys.stderr)
+        return reason.status
     return 0
 
 

@@ -145,7 +145,7 @@ def check(root, document):
     """Every command but those that take time is done in the current directory; of the others everything is
     looked at that can be wrong."""
     makefile = "".join(path.read_text() for path in [root / "Makefile", *root.glob("mk/*.mk")])
-    targets = set(re.findall(r"^## (\w+) ", makefile, re.M))
+    targets = set(re.findall(r"^###? (\w+) ", makefile, re.M))
     variables, known = set(re.findall(r"\$\((\w+)[):]", makefile)), options_of(root)
     runs, scenes = set(), []
     commands = [command for block, _ in steps(document) for command in block]

@@ -30,37 +30,30 @@ addEventListener("load", () => setTimeout(() => {
       if (one.textContent.trim() && parseFloat(getComputedStyle(one).fontSize) < 11)
          found.small.push(one.tagName + ": " + one.textContent);
    for (const place of document.querySelectorAll(".chart")) {
-      const svg = place.querySelector("svg");
-      if (!svg) continue;
-      const box = svg.getBoundingClientRect(), chart = found.charts[place.id] = {};
-      const labels = () => [...svg.querySelectorAll("text")].map(text => text.textContent).join("|");
-      const send = (kind, x, y) => svg.dispatchEvent(new PointerEvent(kind, {bubbles: true, button: 0, pointerId: 1, clientX:
-         box.left + x * box.width, clientY: box.top + y * box.height}));
-      svg.setPointerCapture = () => {};
+      const plot = place.querySelector(".js-plotly-plot");
+      if (!plot) continue;
+      const box = plot.getBoundingClientRect(), chart = found.charts[place.id] = {};
+      const titles = () => [...plot.querySelectorAll(".xtitle, .ytitle")].map(text => text.textContent).join("|");
+      const drawn = () => plot.querySelectorAll(".scatterlayer .js-line").length;
       chart.wide = box.width;
       chart.high = box.height;
-      chart.curves = [...svg.querySelectorAll("path")].map(path => path.getAttribute("d").split(/[ML]/).length - 1);
-      chart.labels = labels();
-      send("pointermove", 0.95, 0.2);
-      chart.read = place.querySelector("output").textContent;
-      send("pointerdown", 0.4, 0.2); send("pointermove", 0.7, 0.6); send("pointerup", 0.7, 0.6);
-      chart.zoomed = labels();
-      svg.dispatchEvent(new MouseEvent("dblclick", {bubbles: true}));
-      chart.back = labels();
-      svg.dispatchEvent(new KeyboardEvent("keydown", {key: "ArrowLeft", bubbles: true}));
-      chart.key = place.querySelector("output").textContent;
-      const views = [...place.querySelectorAll("select")].pop();
+      chart.top = box.top + scrollY;
+      chart.bottom = box.bottom + scrollY;
+      chart.curves = plot.data.filter(one => one.mode === "lines").map(one => one.y.filter(value => value !== null).length);
+      chart.drawn = [drawn(), plot.data.filter(one => one.mode === "lines" && one.visible === true).length];
+      chart.labels = titles();
+      Plotly.Fx.hover(plot, [{curveNumber: 0, pointNumber: plot.data[0].y.findIndex(value => value !== null)}]);
+      chart.read = [...plot.querySelectorAll(".hoverlayer text")].map(text => text.textContent).join(" ");
       chart.views = [];
-      for (const option of views ? views.options : []) {
-         views.value = option.value;
-         views.dispatchEvent(new Event("change"));
-         chart.views.push(labels().includes(option.textContent.split(" [")[0]) && svg.querySelectorAll("path").length > 0);
-      }
-      const box_of_first = place.querySelector("input[type=checkbox]"), curves = svg.querySelectorAll("path").length;
-      box_of_first.click();
-      chart.hidden = curves - svg.querySelectorAll("path").length;
-      box_of_first.click();
+      for (const select of place.querySelectorAll("select"))
+         for (const option of [...select.options].reverse()) {
+            select.value = option.value;
+            select.dispatchEvent(new Event("change"));
+            chart.views.push(titles().includes(option.textContent.replace("over ", "")) && drawn() > 0);
+         }
    }
+   const answers = document.querySelector("#answer .facts");
+   found.answered = answers ? answers.getBoundingClientRect().bottom + scrollY : null;
    found.fetched = performance.getEntriesByType("resource").map(entry => entry.name).filter(name => !name.startsWith("data:"));
    found.faults = faults;
    parent.postMessage([NUMBER, JSON.stringify(found)], "*");

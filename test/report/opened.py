@@ -38,18 +38,26 @@ def faults_of(found, page, width):
             faults.append(f"{name}: curves of {shown['curves']} points, not {points}")
         if shown["wide"] > width or shown["wide"] < 0.3 * min(width, 800) or shown["high"] < 200:
             faults.append(f"{name} is {shown['wide']} x {shown['high']}")
-        if not all(axis in shown["read"] for axis in (one["name"] for one in chart["axes"])):
-            faults.append(f"{name} reads out: {shown['read']}")
+        if shown["drawn"][0] != shown["drawn"][1]:
+            faults.append(f"{name}: {shown['drawn'][0]} curves are drawn of {shown['drawn'][1]}")
         if (
-            shown["zoomed"] == shown["labels"]
-            or shown["back"] != shown["labels"]
-            or shown["key"] == shown["read"]
+            chart["axes"][0]["name"] not in shown["labels"]
+            or chart["views"][0]["name"] not in shown["labels"]
         ):
-            faults.append(f"{name} does not zoom, come back or go on by keys")
-        if len(chart["views"]) > 1 and shown["views"] != [True] * len(chart["views"]):
-            faults.append(f"{name}: not every view is drawn: {shown['views']}")
-        if shown["hidden"] != 1:
-            faults.append(f"{name}: a curve cannot be hidden")
+            faults.append(f"{name} is labelled {shown['labels']}")
+        if first[0]["name"] not in shown["read"]:
+            faults.append(f"{name} reads out: {shown['read']}")
+        choices = sum(len(chart[which]) for which in ("axes", "views") if len(chart[which]) > 1)
+        if shown["views"] != [True] * choices:
+            faults.append(f"{name}: not every view and axis is drawn: {shown['views']}")
+    # The answer and its curve stand on the first screen
+    curve = next(iter(found["charts"].values()), None)
+    if found["answered"] and curve:
+        screen = 900 if width > 1000 else 1400
+        if max(found["answered"], curve["bottom"]) > screen:
+            faults.append(
+                f"the answer ends at {found['answered']:.0f}, its curve at {curve['bottom']:.0f} pixels"
+            )
     return faults
 
 
@@ -82,7 +90,11 @@ planted = {
         [('"use strict";', '"use strict"; nothing_of_the_kind();')],
         ["nothing_of_the_kind", "chart-energy is not drawn"],
     ),
-    "zoom": ([("this.zoom = [flatX", "this.zooms = [flatX")], ["does not zoom"]),
+    "choice": (
+        [("chosen[name] = Number(select.value)", "Number(select.value)")],
+        ["not every view and axis"],
+    ),
+    "low": ([("<header>", '<header><div style="height:1500px"></div>')], ["the answer ends at"]),
 }
 for name, (changes, wanted) in planted.items():
     changed = text

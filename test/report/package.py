@@ -1,59 +1,50 @@
 """The package gimp3d beside what a run wrote."""
 
-import sys
 from pathlib import Path
 
 import numpy as np
 
 import gimp3d
 from gimp3d import History, Run, RunFailed, Scene, run, run_many
-
-faults = 0
-
-
-def check(what, holds):
-    global faults
-    if not holds:
-        faults += 1
-        print(f"FAILED: {what}")
+from checks import finish, require
 
 
 scene = Scene("readers.nml")
-check("a scene is read", scene["material"][0]["young"] == [70e9] and scene.directory == Path("read"))
+require("a scene is read", scene["material"][0]["young"] == [70e9] and scene.directory == Path("read"))
 scene.set("output", "formats", ["hdf5"])
 scene.set("body", "particles_per_cell", 1)
 again = Scene(scene.write("changed.nml"))
-check(
+require(
     "what is written is read again", again["body"][0]["particles_per_cell"] == [1] and "&probe" in again.text
 )
 result = run(scene, progress=False)
-check("it ran to its end", isinstance(result, Run) and result.finished)
-check("histories", {"energy", "tool_cone", "probe_under"} <= set(result.names))
+require("it ran to its end", isinstance(result, Run) and result.finished)
+require("histories", {"energy", "tool_cone", "probe_under"} <= set(result.names))
 tool = result.tool()
-check("a tool's history", tool.units["depth"] == "m" and tool["depth"][-1] > 0)
-check("History takes a string", np.array_equal(History("read/tool_cone.dat")["time"], tool["time"]))
+require("a tool's history", tool.units["depth"] == "m" and tool["depth"][-1] > 0)
+require("History takes a string", np.array_equal(History("read/tool_cone.dat")["time"], tool["time"]))
 depth, load = result.load_depth()
-check("load of the full body", np.allclose(load, 4 * tool["load_z"]) and len(depth) == tool.rows)
-check("three snapshots", len(result.times) == 3 and result.times[0] == 0)
+require("load of the full body", np.allclose(load, 4 * tool["load_z"]) and len(depth) == tool.rows)
+require("three snapshots", len(result.times) == 3 and result.times[0] == 0)
 last = result.snapshot(-1)
-check("a snapshot", last.units["stress"] == "Pa" and last["stress"].shape == (len(last), 6))
-check("what a scene says of itself", result.scene["tool"][0]["shape"] == ["cone"])
+require("a snapshot", last.units["stress"] == "Pa" and last["stress"].shape == (len(last), 6))
+require("what a scene says of itself", result.scene["tool"][0]["shape"] == ["cone"])
 several = [Scene(scene.text) for _ in range(2)]
 for number, one in enumerate(several):
     one.set("output", "directory", f"many_{number}")
     one.set("material", "young", 70e9 * (1 + number))
 first, second = run_many(several, cores=2)
 stiffer = second.tool()["load_z"][-1] / first.tool()["load_z"][-1]
-check(f"many at once: the load of the stiffer one, {stiffer:.3g} times", 1.2 < stiffer < 3)
+require(f"many at once: the load of the stiffer one, {stiffer:.3g} times", 1.2 < stiffer < 3)
 scene.set("material", "poisson", 0.7)
 try:
     run(scene, progress=False)
-    check("a mistake is told", False)
+    require("a mistake is told", False)
 except RunFailed as failure:
-    check(f"a mistake is told: {failure}", failure.status == 2 and "poisson=0.7" in str(failure))
+    require(f"a mistake is told: {failure}", failure.status == 2 and "poisson=0.7" in str(failure))
 try:
     Run("nowhere")
-    check("no run", False)
+    require("no run", False)
 except gimp3d.Unreadable as error:
-    check("no run", "nowhere" in str(error))
-sys.exit(1 if faults else 0)
+    require("no run", "nowhere" in str(error))
+finish()

@@ -5,6 +5,8 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from checks import finish, require
+from gimp3d import RunFailed, solve_for, study_of
 
 ROOT, GIMP3D = Path(sys.argv[1]), sys.argv[2]
 SETTING = f"""
@@ -26,13 +28,6 @@ particles = 1
 contact = {{tolerance = 1e-11}}
 inertia = {{speed = 2.0}}
 """
-faults = []
-
-
-def check(what, holds):
-    print(("ok      " if holds else "FAILED  ") + what, flush=True)
-    if not holds:
-        faults.append(what)
 
 
 def study(*options, setting="setting.toml", scene=ROOT / "input/hertz.nml"):
@@ -70,7 +65,7 @@ Path("setting.toml").write_text(SETTING)
 status, said, wrong = study("--repeats", "1", "--budget", "1e-6")
 print(said + wrong)
 table = rows("out/load/study.csv")
-check(
+require(
     "a budget that the first run takes up: the rest is left out and told",
     status == 0
     and sum(line.startswith("left out: ") for line in said.splitlines()) == 8
@@ -80,24 +75,24 @@ check(
 before = records()
 status, said, wrong = study("--repeats", "1")
 print(said + wrong)
-check("the study goes on", status == 0 and not wrong)
-check(
+require("the study goes on", status == 0 and not wrong)
+require(
     "what was run is not run again",
     all(records()[path] == text for path, text in before.items()) and len(records()) > len(before),
 )
 table = {(row["family"], round(float(row["cell"]) * 1e9)): row for row in rows("out/load/study.csv")}
-check(
+require(
     "all six rungs stand in the table",
     len(table) == 6 and all(row["error_percent"] and not row["fault"] for row in table.values()),
 )
 errors = {key: float(row["error_percent"]) for key, row in table.items()}
 seconds = {key: float(row["core_seconds"]) for key, row in table.items()}
 eight = [errors["8 a cell", cell] for cell in (2000, 1333, 1000)]
-check(f"8 a cell: the error falls with every finer grid: {eight}", eight[0] > eight[1] > eight[2])
-check("8 a cell: 2 to 5 % on 1000 nm (doc/user/accuracy.md: 3.1 % as a mean)", 2 < eight[2] < 5)
+require(f"8 a cell: the error falls with every finer grid: {eight}", eight[0] > eight[1] > eight[2])
+require("8 a cell: 2 to 5 % on 1000 nm (doc/user/accuracy.md: 3.1 % as a mean)", 2 < eight[2] < 5)
 order = next(line for line in said.splitlines() if line.startswith("Fitted orders"))
 order = float(order.split("8 a cell ")[1].split(",")[0])
-check(f"8 a cell: order {order} is between 1 and 2.5", 1 < order < 2.5)
+require(f"8 a cell: order {order} is between 1 and 2.5", 1 < order < 2.5)
 front = {
     key
     for key in table
@@ -109,7 +104,7 @@ front = {
         for o in table
     )
 }
-check(
+require(
     f"the front is that of all pairs: {sorted(front)}",
     front == {key for key, row in table.items() if row["on_front"] == "1"},
 )
@@ -117,24 +112,40 @@ fewer = [
     int(table["1 a cell", cell]["particles"]) / int(table["8 a cell", cell]["particles"])
     for cell in (2000, 1000)
 ]
-check("1 a cell has an eighth of the particles", all(0.115 < share < 0.135 for share in fewer))
+require("1 a cell has an eighth of the particles", all(0.115 < share < 0.135 for share in fewer))
 shares = {row["share"]: float(row["change_percent"]) for row in rows("out/load/shares.csv")}
 print(shares)
-check(
+require(
     "shares: space above inertia above a contact solved more sharply",
     shares["space"] > shares["inertia"] > shares["contact"] >= 0,
 )
-check(
+require(
     "shares: a hundred in all",
     abs(sum(float(row["share_percent"]) for row in rows("out/load/shares.csv")) - 100) < 1e-6,
 )
-check("answers: what 5 % costs, the comparison", "5 % costs" in said and "1 a cell at equal error" in said)
+require("answers: what 5 % costs, the comparison", "5 % costs" in said and "1 a cell at equal error" in said)
 picture = Path("out/load/study.png").read_bytes()
-check("a picture", picture[:8] == b"\x89PNG\r\n\x1a\n" and len(picture) > 20000)
+require("a picture", picture[:8] == b"\x89PNG\r\n\x1a\n" and len(picture) > 20000)
 
 before = records()
+found = study_of(
+    ROOT / "input/hertz.nml", setting="setting.toml", out="out", program=GIMP3D, repeats=1, quantity="load"
+)
+csv_rows = rows("out/load/study.csv")
+require(
+    "from Python: the same table as data",
+    [f"{row['error_percent']}" for row in found["runs"]] == [row["error_percent"] for row in csv_rows]
+    and found["answers"] == Path("out/load/answers.txt").read_text().splitlines()
+    and set(found["orders"]) == {"8 a cell", "1 a cell"},
+    found,
+)
+try:
+    solve_for("absent.nml", error=1, program=GIMP3D)
+    require("from Python: a scene that is not there", False)
+except RunFailed as failure:
+    require("from Python: a scene that is not there", failure.status == 2 and "absent.nml" in str(failure))
 status, said, wrong = study("--repeats", "1", "--quantity", "limit")
-check("another quantity of the same runs: nothing is run", status == 0 and records() == before)
+require("another quantity of the same runs: nothing is run", status == 0 and records() == before)
 errors = (
     {
         row["cell"]: float(row["error_percent"])
@@ -144,7 +155,7 @@ errors = (
     if status == 0
     else {}
 )
-check(
+require(
     f"beside the grids' own limit, or the finest run and a sentence: {errors}",
     "Richardson's limit of 8 a cell (order" in said
     and len(errors) == 3
@@ -155,7 +166,7 @@ check(
 one = next(iter(records()))
 one.write_text("{")
 status, said, wrong = study("--repeats", "1")
-check(
+require(
     "a record that is cut off is told, with its name",
     status == 2 and str(one.parent.name) in wrong and "Traceback" not in wrong,
 )
@@ -170,12 +181,12 @@ for sentence, options, old, new in (
 ):
     Path("bad.toml").write_text(SETTING.replace(old, new) if old else SETTING)
     status, said, wrong = study("--repeats", "1", *options, setting="bad.toml")
-    check(
+    require(
         f"refused: {sentence}: {wrong.strip()[-150:]}",
         status == 2 and sentence in wrong and "Traceback" not in wrong,
     )
 status, said, wrong = study(scene="absent.nml")
-check(
+require(
     "a scene that is not there is refused", status == 2 and "absent.nml" in wrong and "Traceback" not in wrong
 )
 for kind, content in (
@@ -185,8 +196,7 @@ for kind, content in (
 ):
     Path("spoilt.nml").write_text(content)
     status, said, wrong = study(scene="spoilt.nml")
-    check(
+    require(
         f"a scene that is {kind} is refused: {wrong.strip()[-150:]}", status == 2 and wrong.count("\n") == 1
     )
-print(f"{len(faults)} failed")
-sys.exit(1 if faults else 0)
+finish()

@@ -9,14 +9,7 @@ from pathlib import Path
 ROOT, GIMP3D = Path(sys.argv[1]), sys.argv[2]
 from gimp3d import study_fit
 from gimp3d import study_quantity
-
-faults = []
-
-
-def check(what, holds):
-    print(("ok      " if holds else "FAILED  ") + what, flush=True)
-    if not holds:
-        faults.append(what)
+from checks import finish, require
 
 
 def solve(error, *options, scene=ROOT / "input/bar.nml", out="out"):
@@ -74,20 +67,20 @@ for error in (5, 2):
     x, exact = study_quantity.suddenly_heavy_bar(run, Quantity)
     _, found = study_quantity.curve_of(run, Quantity)
     true, _ = study_fit.norms(found, exact)
-    check(f"{error} %: the price stands before the run", said.index("predicted") < said.index("reached"))
-    check(
+    require(f"{error} %: the price stands before the run", said.index("predicted") < said.index("reached"))
+    require(
         f"{error} %: met ({answer['error']:.2g} +- {answer['error_uncertainty']:.2g} %) and truly so "
         f"({true:.2g} %)",
         status == 0 and answer["met"] and true <= error,
     )
-    check(f"{error} %: chosen.nml is a scene", "&grid" in Path(f"out_{error}/chosen.nml").read_text())
+    require(f"{error} %: chosen.nml is a scene", "&grid" in Path(f"out_{error}/chosen.nml").read_text())
 cells = [json.loads(Path(f"out_{error}/answer.json").read_text())["settings"]["cell"] for error in (5, 2)]
-check(
+require(
     f"cells of {cells[0]:.3g} m for 5 % are not finer than those for 2 %, {cells[1]:.3g} m",
     cells[0] >= cells[1],
 )
 status, said, _ = solve(0.001, "--budget", "4", out="out_never")
-check("a target out of reach is told, status 1", status == 1)
+require("a target out of reach is told, status 1", status == 1)
 status, _, wrong = solve(1, scene=Path("none.nml"), out="out_none")
-check("no such scene: status 2 and a sentence", status == 2 and wrong == "solve: none.nml: no such scene\n")
-sys.exit(1 if faults else 0)
+require("no such scene: status 2 and a sentence", status == 2 and wrong == "solve: none.nml: no such scene\n")
+finish()

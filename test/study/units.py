@@ -16,18 +16,7 @@ from gimp3d.run_data import Unreadable, read_namelists
 from gimp3d.scene_text import BadSetting, Scene
 from gimp3d.study_body import box_around, size_of
 from gimp3d.study_scene import add_probes, scene_of
-
-faults = []
-
-
-def check(what, holds):
-    print(("ok      " if holds else "FAILED  ") + what)
-    if not holds:
-        faults.append(what)
-
-
-def near(a, b, tolerance=1e-9):
-    return a is not None and abs(a - b) <= tolerance * max(abs(a), abs(b))
+from checks import finish, near, require
 
 
 def refused(kind, word, action):
@@ -42,10 +31,10 @@ def refused(kind, word, action):
 # ---- fitting ----
 
 sizes = [4.0, 2.0, 1.0, 0.5]
-check("order of 3 h^1.7", near(fit.fitted_order(sizes, [3 * h**1.7 for h in sizes]), 1.7))
-check("order of errors that grow is negative", fit.fitted_order(sizes, [1 / h for h in sizes]) < 0)
-check("no order from one size", fit.fitted_order([1.0], [2.0]) is None)
-check(
+require("order of 3 h^1.7", near(fit.fitted_order(sizes, [3 * h**1.7 for h in sizes]), 1.7))
+require("order of errors that grow is negative", fit.fitted_order(sizes, [1 / h for h in sizes]) < 0)
+require("no order from one size", fit.fitted_order([1.0], [2.0]) is None)
+require(
     "norms of a known difference",
     np.allclose(fit.norms([1.0, 2.0, -3.9], np.array([1.0, 2.0, -4.0])), [2.5 / 3**0.5, 2.5]),
 )
@@ -53,26 +42,26 @@ check(
 x = np.linspace(0, 1, 11)
 curves = [np.sin(x) + (0.1 + x) * h**1.5 for h in (4.0, 3.0, 1.0)]
 limit, order = fit.richardson([4.0, 3.0, 1.0], curves)
-check("Richardson: the limit of f + c h^1.5 on uneven sizes", np.allclose(limit, np.sin(x), atol=1e-9))
-check("Richardson: its order", near(order, 1.5, 1e-6))
+require("Richardson: the limit of f + c h^1.5 on uneven sizes", np.allclose(limit, np.sin(x), atol=1e-9))
+require("Richardson: its order", near(order, 1.5, 1e-6))
 shuffled, _ = fit.richardson([1.0, 4.0, 3.0], [curves[2], curves[0], curves[1]])
-check("Richardson: the order of the sizes does not matter", np.allclose(shuffled, limit))
-check(
+require("Richardson: the order of the sizes does not matter", np.allclose(shuffled, limit))
+require(
     "Richardson: refuses curves that go to and fro",
     refused(fit.NoOrder, "would be", lambda: fit.richardson([4.0, 2.0, 1.0], [x, x + 1, x])),
 )
-check(
+require(
     "Richardson: refuses curves that run away",
     refused(fit.NoOrder, "would be", lambda: fit.richardson([4.0, 2.0, 1.0], [x, x + 1, x + 3])),
 )
-check(
+require(
     "Richardson: refuses two", refused(fit.NoOrder, "three grids", lambda: fit.richardson([2.0, 1.0], [x, x]))
 )
-check(
+require(
     "Richardson: refuses the same bits",
     refused(fit.NoOrder, "same bits", lambda: fit.richardson([4.0, 2.0, 1.0], [x + 1, x, x])),
 )
-check(
+require(
     "halving, from a step to a half, a quarter and the double at first order, to the double at second",
     np.allclose([fit.halved(1.0, 1.0, other, 3.0) for other in (0.5, 0.25, 2.0)], [3.0, 2.0, 1.5])
     and near(fit.halved(2.0, 1.0, 2.0, 4.0), 1.0),
@@ -89,53 +78,55 @@ for size in (1, 2, 30):
         if costs[j] <= costs[i] and errors[j] <= errors[i] and (costs[j], errors[j]) != (costs[i], errors[i])
     }
     front = fit.pareto(costs, errors)
-    check(
+    require(
         f"Pareto front of {size} points, by trying all",
         {(costs[i], errors[i]) for i in front}
         == {(costs[i], errors[i]) for i in range(size) if i not in beaten},
     )
 front = fit.Front([1.0, 4.0, 2.0, 3.0, float("nan")], [8.0, 0.5, 2.0, 7.0, 0.1])
-check(
+require(
     "front: drops what is beaten and what is no number",
     list(front.costs) == [1, 2, 4] and list(front.errors) == [8, 2, 0.5],
 )
-check(
+require(
     "front: between two points in logarithms",
     near(front.cost_of(4.0)[0], 2**0.5) and front.cost_of(4.0)[1] == "",
 )
-check("front: a point itself", near(front.error_for(2.0)[0], 2.0) and front.error_for(2.0)[1] == "")
-check(
+require("front: a point itself", near(front.error_for(2.0)[0], 2.0) and front.error_for(2.0)[1] == "")
+require(
     "front: beyond the best run it says so",
     near(front.cost_of(0.125)[0], 8.0) and front.cost_of(0.125)[1] == "extrapolated",
 )
-check(
+require(
     "front: not beyond ten times the cost",
     front.error_for(41.0)[0] is None and front.cost_of(1e-4)[0] is None,
 )
-check(
+require(
     "front: nothing is cheaper than the cheapest",
     front.error_for(0.5)[0] is None and front.cost_of(9.0)[0] is None,
 )
-check("front: one run is not extrapolated", fit.Front([1.0], [1.0]).error_for(2.0) == (None, "one run alone"))
+require(
+    "front: one run is not extrapolated", fit.Front([1.0], [1.0]).error_for(2.0) == (None, "one run alone")
+)
 double = fit.Front(2 * front.costs, front.errors)
 mean, least, most, span = fit.ratio_at_equal_error(double, front)
-check(
+require(
     "ratio at equal error: twice as dear is 2",
     near(mean, 2) and near(least, 2) and near(most, 2) and np.allclose(span, (0.5, 8)),
 )
 alone = fit.Front([3.0], [2.0])
-check(
+require(
     "ratio at equal error: of one run alone, both ways",
     near(fit.ratio_at_equal_error(alone, front)[0], 1.5)
     and near(fit.ratio_at_equal_error(front, alone)[0], 1 / 1.5)
     and fit.ratio_at_equal_error(alone, alone) is None,
 )
-check(
+require(
     "ratio at equal error: of one run a little beyond, not far beyond",
     near(fit.ratio_at_equal_error(fit.Front([3.0], [0.46]), front)[0], 3 / front.cost_of(0.46)[0])
     and fit.ratio_at_equal_error(fit.Front([3.0], [0.4]), front) is None,
 )
-check(
+require(
     "ratio at equal error: none without a common error",
     fit.ratio_at_equal_error(fit.Front([1, 2], [100, 50]), front) is None,
 )
@@ -159,67 +150,67 @@ def turned(**settings):
     return read_namelists(scene_of(text, settings, setting).text)
 
 
-check("editing: nothing turned, nothing changed", scene_of(text, {}, setting).text == text)
+require("editing: nothing turned, nothing changed", scene_of(text, {}, setting).text == text)
 case = turned(cell=0.75)
 grid = case["grid"][0]
-check(
+require(
     "editing: cells and whole cells above",
     grid["cell_size"] == [0.75]
     and grid["upper"] == [2.25, 2.25, 3.0]
     and grid["boundary"] == ["free"] * 6
     and case["scene"][0]["title"] == ["a / b, cell_size=9"],
 )
-check(
+require(
     "editing: a level's side on the grid's stays there",
     turned(cell=0.7)["level"][0]["upper"] == [1.0, 1.0, 3.5],
 )
-check(
+require(
     "editing: levels taken out and added, cut at the grid",
     "level" not in turned(levels=0)
     and turned(levels=2)["level"][1] == {"lower": [0, 0, 2], "upper": [0.5, 0.5, 3]},
 )
-check("editing: a third level is refused", refused(BadSetting, "levels=3", lambda: turned(levels=3)))
+require("editing: a third level is refused", refused(BadSetting, "levels=3", lambda: turned(levels=3)))
 case = turned(speed=2.0)
-check(
+require(
     "editing: twice the speed in half the time",
     case["scene"][0]["end_time"] == [1e-3]
     and case["tool"][0]["speeds"] == [0, 4]
     and case["tool"][1]["times"] == [0, 2]
     and case["tool"][0]["times"] == [0, 0.5],
 )
-check("editing: a group that is not there is made", turned(safety=0.1)["time"] == [{"safety": [0.1]}])
-check(
+require("editing: a group that is not there is made", turned(safety=0.1)["time"] == [{"safety": [0.1]}])
+require(
     "editing: a variable more in an empty group",
     turned(**{"anti_locking.kind": "it's"})["anti_locking"] == [{"kind": ["it's"]}],
 )
 case = turned(**{"tool(2).tip": [1.0, 2.0, 3e-7]})
-check(
+require(
     "editing: the second of a kind only",
     case["tool"][1]["tip"] == [1, 2, 3e-7] and case["tool"][0]["tip"] == [0, 0, 2],
 )
-check(
+require(
     "editing: a third that is not there is refused",
     refused(BadSetting, "number 3", lambda: turned(**{"tool(3).tip": 0})),
 )
-check("editing: an unknown knob is refused", refused(BadSetting, "unknown knob", lambda: turned(cells=1)))
+require("editing: an unknown knob is refused", refused(BadSetting, "unknown knob", lambda: turned(cells=1)))
 case = turned(scheme="quasi_static", steps=8)
-check(
+require(
     "editing: so many quasi-static steps",
     case["quasi_static"] == [{"step": [0.25e-3], "max_step": [0.25e-3]}]
     and "quasi_static" not in turned(**{"quasi_static.step": 1e-3, "scheme": "explicit"}),
 )
-check("editing: an unknown scheme is refused", refused(BadSetting, "allowed", lambda: turned(scheme="x")))
-check("editing: without a group", "anti_locking" not in turned(without="anti_locking"))
+require("editing: an unknown scheme is refused", refused(BadSetting, "allowed", lambda: turned(scheme="x")))
+require("editing: without a group", "anti_locking" not in turned(without="anti_locking"))
 scene = Scene(text)
 add_probes(scene, (0.0, 1.0, 2.0))
 places = np.array([one["position"] for one in read_namelists(scene.text)["probe"]])
-check(
+require(
     "editing: eight probes about a node, within the level's smaller particles",
     len(places) == 8
     and np.allclose(places.mean(axis=0), [0.0625, 1, 2])
     and np.allclose(np.ptp(places, axis=0), [0, 0.125, 0.125]),
 )
-check(
+require(
     "editing: a group that does not end is refused",
     refused(Unreadable, "does not end", lambda: read_namelists("&a b=1\n")),
 )
@@ -228,10 +219,10 @@ check(
 
 time = np.linspace(0, 1, 2001)
 swing = 3 - np.cos(2 * np.pi * 4.4 * time)
-check("frequency of a vibration about its mean", near(quantities.frequency(time, swing, None), 4.4, 1e-3))
+require("frequency of a vibration about its mean", near(quantities.frequency(time, swing, None), 4.4, 1e-3))
 load = study_setting.Quantity("load", "load")
 noisy = (time, 5 * time + 0.1 * (-1) ** np.arange(2001))
-check(
+require(
     "loads: lines are fitted through noise",
     np.allclose(quantities.at(load, noisy, np.array([0.5, 0.9, 1.0])), [2.5, 4.5, 5], atol=1e-2),
 )
@@ -251,7 +242,7 @@ run = SimpleNamespace(
     ),
 )
 there, force = quantities.curve_of(run, load)
-check(
+require(
     "loads: the way back is not among them",
     len(there) == 101 and there[-1] == 1 and np.allclose(force, 5 * there),
 )
@@ -280,23 +271,23 @@ for name, shift, same in (("evenly", (0, 0, 0), True), ("aside", (0.1, -0.05, 0.
     run, quantity = around(tuple(point), 1.0)
     places = point + corners + shift
     weights = quantities.weights_at(run, quantity, places)
-    check(
+    require(
         f"point: particles {name} about it: a linear field has its value there",
         near(weights @ value(places), value(point)) and near(weights.sum(), 1.0),
     )
-    check(
+    require(
         f"point: and their mean {'has it too' if same else 'has not'}",
         near(value(places).mean(), value(point)) == same,
     )
 run, quantity = around((0.0, 3.0, 4.0), 1.0, boundary="symmetry")
 places = np.array([0.25, 3.0, 4.1]) + corners * (0, 1, 1)
 weights = quantities.weights_at(run, quantity, places)
-check(
+require(
     "point: on a side of symmetry the row next to it stands for it",
     near(weights @ value(places + (-0.25, 0, 0)), value(np.array([0, 3, 4]))),
 )
 run, quantity = around((2.0, 3.0, 4.0), 1.0)
-check(
+require(
     "point: particles on one side of it are refused",
     refused(
         BadSetting,
@@ -313,7 +304,7 @@ def read(text):
 
 
 good = 'cells=[1.0]\n[quantity.load]\nkind="load"\n[families.a]\n'
-check("setting: read", read(good)[0].families[0].rungs() == [{"cell": 1.0}])
+require("setting: read", read(good)[0].families[0].rungs() == [{"cell": 1.0}])
 for word, bad in (
     ("unknown cell", good.replace("cells", "cell")),
     ("kind='lod'", good.replace('"load"', '"lod"')),
@@ -323,8 +314,8 @@ for word, bad in (
     ("unknown colour", good.replace("kind=", "colour=1\nkind=")),
     ("must rise", good.replace("kind=", "window=[1,0.5]\nkind=")),
 ):
-    check(f"setting: refused, {word}", refused(BadSetting, word, lambda: read(bad)))
-check("setting: what is no TOML is refused", refused(Unreadable, "setting.toml", lambda: read("a = = 1")))
+    require(f"setting: refused, {word}", refused(BadSetting, word, lambda: read(bad)))
+require("setting: what is no TOML is refused", refused(Unreadable, "setting.toml", lambda: read("a = = 1")))
 for path in sorted([*ROOT.glob("input/studies/**/*.toml"), *ROOT.glob("input/tutorial/studies/*.toml")]):
     read_setting, wanted = study_setting.read(path)
     name = path.stem.removesuffix("_placed")
@@ -333,7 +324,7 @@ for path in sorted([*ROOT.glob("input/studies/**/*.toml"), *ROOT.glob("input/tut
         for rung in family.rungs():
             scene_of(scene.read_text(), {**read_setting.base, **rung}, read_setting)
     rungs = sum(len(family.values) for family in read_setting.families)
-    check(f"setting: {path.name} and its scene make {rungs} rungs", bool(wanted))
+    require(f"setting: {path.name} and its scene make {rungs} rungs", bool(wanted))
 for scene in sorted([*ROOT.glob("input/*.nml"), *ROOT.glob("input/tutorial/*.nml")]):
     given, wanted = study_setting.by_default(scene.read_text(), "")
     for family in given.families:
@@ -345,14 +336,14 @@ shipped = {
 }
 for name in ("film", "hertz", "cone_levels"):
     old, new = (scene_of(shipped[name], body, plain).values() for body in ({}, {"body": 2.0}))
-    check(
+    require(
         f"body: {name} is twice as large, and its surface stays",
         abs(size_of(new) / size_of(old) - 2) < 0.1
         and old["tool"] == new["tool"]
         and box_around(old)[1][2] == box_around(new)[1][2],
     )
 film, thick = (scene_of(shipped["film"], body, plain).values()["body"] for body in ({}, {"body": 2.0}))
-check(
+require(
     "body: a film stays as thick, what it lies on does not",
     sorted(one["lower"][2] for one in film)[1] == sorted(one["lower"][2] for one in thick)[1]
     and min(one["lower"][2] for one in thick) < min(one["lower"][2] for one in film),
@@ -370,6 +361,5 @@ for word, text in (
     ("reaches beyond", wide.format(top=top)),
     ("under a wedge", shipped["hertz"].replace("'sphere', radius", "'wedge', radius")),
 ):
-    check(f"body: refused, {word}", refused(BadSetting, word, lambda: scene_of(text, {"body": 2.0}, plain)))
-print(f"{len(faults)} failed")
-sys.exit(1 if faults else 0)
+    require(f"body: refused, {word}", refused(BadSetting, word, lambda: scene_of(text, {"body": 2.0}, plain)))
+finish()
