@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from run_scene import History, run
-from runs import check, finish
+from checks import check, finish
 
 YOUNG, NU, RADIUS = 210e9, 0.3, 20e-3
 STEEL = f"&material name='steel', model='elastic', density=7800, young={YOUNG}, poisson={NU} /\n"

@@ -15,7 +15,7 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
 from gimp3d.run_data import History, Particles
-from runs import check, finish, require
+from checks import check, finish, require
 
 YOUNG, DENSITY = 1e9, 1000.0  # Pa, kg/m3
 BAR_WAVE = math.sqrt(YOUNG / DENSITY)  # m/s

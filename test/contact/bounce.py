@@ -12,7 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from runs import History, finish, require
+from checks import finish, require
+from runs import History
 
 EDGE, SPEED, WAVE = 0.4, 1.0, 31.6  # m, m/s, m/s
 PERIOD = 2 * EDGE / WAVE  # s, of the first mode along an edge

@@ -6,6 +6,7 @@ import pathlib
 import re
 import sys
 import numpy as np
+from checks import require
 
 
 def history(folder):
@@ -18,38 +19,33 @@ def history(folder):
     return rows
 
 
-def check(good, sentence):
-    print(('ok      ' if good else 'FAILED: ') + sentence)
-    return good
-
-
 def in_and_out(folders):
     runs = [history(folder) for folder in folders]
     good = True
     first = runs[0]
     largest = first[:, 4].max()
-    good &= check(largest > 0.01, f'largest load {largest:.4g} N on the quarter, above 0.01 N')
-    good &= check(first[:, 4].min() >= 0, f'no tension: smallest axial load {first[:, 4].min():.3g} N')
+    good &= require(f'largest load {largest:.4g} N on the quarter, above 0.01 N', largest > 0.01)
+    good &= require(f'no tension: smallest axial load {first[:, 4].min():.3g} N', first[:, 4].min() >= 0)
     off = np.nonzero(first[:, 4] > 0)[0].max() + 1
-    good &= check(off < len(first) - 10, f'the tool leaves at step {off} of {len(first)}')
-    good &= check((first[off:, 2:6] == 0).all(), 'load and area are exactly 0 after the tool has left')
+    good &= require(f'the tool leaves at step {off} of {len(first)}', off < len(first) - 10)
+    good &= require('load and area are exactly 0 after the tool has left', (first[off:, 2:6] == 0).all())
     overlap = first[:, 6].max() / 1e-6
-    good &= check(overlap < 0.02, f"largest overlap {overlap:.2g} cells, below 0.02")
+    good &= require(f"largest overlap {overlap:.2g} cells, below 0.02", overlap < 0.02)
     summary = (pathlib.Path(folders[0]) / 'run.log').read_text()
     residual = float(re.search(r'largest residual (\S+)', summary)[1])
     bridge = float(re.search(r'force times gap at most (\S+) of', summary)[1])
     # the scene asks for 1e-9, which the solver cannot always reach (theory.md, eq. contact-operator)
-    good &= check(residual <= 1e-8, f'largest residual {residual:.2g}, at most 1e-8')
-    good &= check(
-        bridge < 1e-8,
+    good &= require(f'largest residual {residual:.2g}, at most 1e-8', residual <= 1e-8)
+    good &= require(
         f'no pressure across a gap: force times gap {bridge:.2g} of largest force times cell, below 1e-8',
+        bridge < 1e-8,
     )
     for folder, other in zip(folders[1:], runs[1:]):
         same = other.shape == first.shape
         worst = abs(other[:, 2:5] - first[:, 2:5]).max() / largest if same else np.nan
-        good &= check(
-            same and worst < 1e-8,
+        good &= require(
             f'{folder}: loads differ from one rank by {worst:.2g} of the largest, below 1e-8',
+            same and worst < 1e-8,
         )
     return good
 
@@ -59,11 +55,13 @@ def whole(quarter, full):
     n = min(len(a), len(b))
     worst = abs(4 * a[:n, 4] - b[:n, 4]).max() / b[:, 4].max()
     sides = abs(b[:, 2:4]).max() / b[:, 4].max()
-    good = check(
-        len(a) == len(b) and worst < 1e-6,
+    good = require(
         f'four quarters against the whole: loads differ by {worst:.2g} of the largest, below 1e-6',
+        len(a) == len(b) and worst < 1e-6,
     )
-    return good & check(sides < 1e-6, f'the whole feels no side load: {sides:.2g} of the largest, below 1e-6')
+    return good & require(
+        f'the whole feels no side load: {sides:.2g} of the largest, below 1e-6', sides < 1e-6
+    )
 
 
 kind, folders = sys.argv[1], sys.argv[2:]

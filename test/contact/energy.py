@@ -14,7 +14,7 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
 from gimp3d.run_data import History
-from runs import check, finish, require
+from checks import check, finish, require
 
 YIELD = 500e6  # Pa
 METAL = f"model='j2', density=2710, young=70e9, poisson=0.33, yield_stress={YIELD!r}"

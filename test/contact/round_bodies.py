@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from run_scene import History, run
-from runs import check, finish, require
+from checks import check, finish, require
 
 NU = 0.3
 MODULUS = 1 / (1 - NU**2)  # Young's modulus and the radius are 1

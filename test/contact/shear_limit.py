@@ -8,6 +8,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from checks import close, finish
 
 YOUNG, MU, TAU, SIDE = 1e6, 0.2, 40.0, 4.0
 TOOL = "&tool name='t', shape='flat', radius=20, tip=2,2,4, times=0,0.49,0.5, speeds=3.2e-3,3.2e-3,0"
@@ -21,14 +22,6 @@ BOX = """&grid lower=-4,-4,0, upper=8,8,9, cell_size=1, boundary='free','free','
 &body material='m', shape='box', lower=0,0,0, upper=4,4,{top}, particles_per_cell=8 {group} /
 """
 STATIC = "&quasi_static step=0.05, max_step=0.05 /\n"
-failures = 0
-
-
-def check(what, value, expected, bound):
-    global failures
-    good = abs(value / expected - 1) <= bound
-    failures += not good
-    print(f"{'   ' if good else 'FAILED: '}{what}: {value:.6g}, expected {expected:.6g}", flush=True)
 
 
 def run(name, text):
@@ -78,14 +71,14 @@ for scene, what, bound in ((tool, "a tool", 1e-6), (block, "a block on another",
     for kind, steps in ((STATIC, "quasi-static"), ("", "explicit")):
         name = f"{scene.__name__}_{steps}"
         friction, pressing = scene(name, LIMITED, kind)
-        check(f"{what}, {steps}: friction over the area", friction / SIDE**2, TAU, bound)
+        close(f"{what}, {steps}: friction over the area", friction / SIDE**2, TAU, bound)
         friction, pressing = scene(name + "_high", LIMITED.replace(f"={TAU}", "=1e9"), kind)
         free, _ = scene(name + "_coulomb", f"friction={MU}", kind)
-        check(f"{what}, {steps}: as Coulomb's where the limit is far away", friction, free, 1e-9)
+        close(f"{what}, {steps}: as Coulomb's where the limit is far away", friction, free, 1e-9)
         if not free > 1.5 * TAU * SIDE**2:
             sys.exit("FAILED: control: Coulomb's friction is not another one")
         if scene is tool and kind:
-            check(f"{what}, {steps}: Coulomb's", free, MU * pressing, 1e-6)
+            close(f"{what}, {steps}: Coulomb's", free, MU * pressing, 1e-6)
 
 # Friction stays over a long slip. The blocks' sides lie on planes of nodes, which they pass by 1e-7 of a cell
 # on the way: the nodes there must not strain the particles at the side.
@@ -99,6 +92,6 @@ for name, law, shear in (
         for row in table(drag(name, law, STATIC, LONG) / "contact_plate_b.dat")
         if row["time"] > 0.65
     ]
-    check(f"a block on another, {name}: least friction", min(shares), 1.0, 2e-3)
-    check(f"a block on another, {name}: largest", max(shares), 1.0, 2e-3)
-sys.exit(failures > 0)
+    close(f"a block on another, {name}: least friction", min(shares), 1.0, 2e-3)
+    close(f"a block on another, {name}: largest", max(shares), 1.0, 2e-3)
+finish()

@@ -13,7 +13,8 @@ ROOT = Path(__file__).resolve().parents[2]
 from gimp3d import surfaces
 from gimp3d.run_data import History
 from run_scene import run
-from runs import check, finish, require, snapshots
+from checks import check, finish, require
+from runs import snapshots
 
 TEETH, OUTER, INNER, BESIDE = 6, 5.0, 3.2, 0.8
 CENTRE, TURN = (12.3, 13.3), -0.7  # x and z at the start, m; rad/s

@@ -15,7 +15,7 @@ from gimp3d import surfaces
 from gimp3d import tool_surface
 from gimp3d.run_data import History, read_namelists
 from run_scene import run
-from runs import check, finish, require
+from checks import check, finish, require
 
 SCENE = """&scene title='press', end_time=0.24 /
 &grid lower=0,0,0, upper=9,9,8, cell_size=1, boundary='symmetry','free','symmetry','free','roller','free' /
@@ -64,7 +64,6 @@ check(
 )
 
 # what is drawn of the two must lie on the formula, where the history has them
-import h5py
 from vtkmodules.vtkIOXdmf2 import vtkXdmfReader
 
 for name in ("ball", "ball_file"):

@@ -24,7 +24,7 @@ export BUILD PYTHON GIMP3D
 
 # what Python finds: the package, and the modules that tests of other folders share (a script's own folder comes first)
 PYTHONPATH=$ROOT/post
-for folder in regression verification stability restart bodies references/impact report; do PYTHONPATH=$PYTHONPATH:$ROOT/test/$folder; done
+for folder in harness regression verification stability restart bodies references/impact report; do PYTHONPATH=$PYTHONPATH:$ROOT/test/$folder; done
 export PYTHONPATH
 
 rm -rf "$WORK"

@@ -15,6 +15,7 @@ from paraview import simple
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from gimp3d import paraview_scene
+from checks import faults, require
 
 # of the tools at a time, m (no `min` here: programmable filters put another in its place)
 TRAVEL = {
@@ -26,20 +27,12 @@ TRAVEL = {
     "roller": lambda t: 20 * t,
     "wedge": lambda t: 0,
 }
-found, run_checked = 0, ""
-
-
-def check(good, sentence):
-    global found
-    if not good:
-        found += 1
-        print(f"FAILED {run_checked}: {sentence}")
 
 
 def near(values, expected, tolerance, sentence):
     values, expected = np.broadcast_arrays(values, expected)
     off = np.abs(values - expected).max() if values.size else np.inf
-    check(off <= tolerance, f"{sentence}: off by {off:.3g}")
+    require(f"{sentence}: off by {off:.3g}", off <= tolerance)
 
 
 def off_surface(name, across, height):
@@ -71,9 +64,9 @@ def check_tool(name, tool, proxy, time):
     way = points - np.array(tool["tip"]) - TRAVEL[name](time) * axis
     height = -way @ axis
     where = f"{name} at {time:g} s"
-    check(points[:, :2].min() > -1e-6, f"{where} reaches beyond a symmetry side: {points.min(axis=0)}")
+    require(f"{where} is inside the symmetry sides: {points.min(axis=0)}", points[:, :2].min() > -1e-6)
     near(height.min(), 0, 1e-6, f"{where}: its tip")
-    check(height.max() > 0.4, f"{where}: is {height.max()} m high")
+    require(f"{where}: is {height.max()} m high", height.max() > 0.4)
     # rounded surfaces are cut where their flat pieces are
     near(
         off_surface(name, way + height[:, None] * axis, height),
@@ -87,11 +80,11 @@ def check_particles(scene, time):
     snapshot = paraview_scene.leaf(scene.snapshots)
     grid = paraview_scene.leaf(scene.particles)
     points, cells = snapshot.GetPointData(), grid.GetCellData()
-    check(grid.GetNumberOfCells() == snapshot.GetNumberOfPoints() > 100, f"{grid.GetNumberOfCells()} cells")
+    require(f"{grid.GetNumberOfCells()} cells", grid.GetNumberOfCells() == snapshot.GetNumberOfPoints() > 100)
     names = sorted(points.GetArrayName(n) for n in range(points.GetNumberOfArrays()))
-    check(
-        names == sorted(cells.GetArrayName(n) for n in range(cells.GetNumberOfArrays())),
+    require(
         "fields of the cells",
+        names == sorted(cells.GetArrayName(n) for n in range(cells.GetNumberOfArrays())),
     )
     for name in names:
         near(
@@ -113,13 +106,12 @@ def check_particles(scene, time):
 
 
 def check_run(directory):
-    global run_checked
-    run_checked = directory
+    print(directory)
     run = paraview_scene.Run(Path(directory))
-    check(len(run.times) == 3, f"{len(run.times)} snapshots")
+    require(f"{len(run.times)} snapshots", len(run.times) == 3)
     scene = paraview_scene.Scene(run)
     tools = {tool["name"][0]: tool for tool in run.case.get("tool", [])}
-    check(list(scene.tools) == list(tools), f"tools {list(scene.tools)}")
+    require(f"tools {list(scene.tools)}", list(scene.tools) == list(tools))
     for time in run.times.values():
         scene.particles.UpdatePipeline(time)
         check_particles(scene, time)
@@ -137,8 +129,8 @@ def main():
     for directory in sys.argv[1:]:
         check_run(directory)
         simple.ResetSession()
-    print(f"{found} wrong")
-    return int(found > 0)
+    print(f"{len(faults)} wrong")
+    return 1 if faults else 0
 
 
 status = main()

@@ -12,8 +12,8 @@ from pathlib import Path
 
 ROOT, WORK = Path(sys.argv[1]), Path(sys.argv[2])
 from gimp3d import error_bar
+from checks import finish, near, require
 
-faults = []
 scene = """&scene title='{title}', end_time={end} /
 &grid lower=0,0,0, upper=38.4e-6,38.4e-6,38.4e-6, cell_size={cell}, boundary='symmetry','free','symmetry','free','roller','free' /
 &level lower=0,0,12.8e-6, upper=12.8e-6,12.8e-6,38.4e-6 /
@@ -22,12 +22,6 @@ scene = """&scene title='{title}', end_time={end} /
 &tool name='cone', shape='cone', half_angle={angle}, tip=0,0,25.6e-6, times=0,{end}, speeds=10,10 /
 &output directory='{title}' /
 """
-
-
-def check(what, holds):
-    print(("ok      " if holds else "FAILED  ") + what)
-    if not holds:
-        faults.append(what)
 
 
 def run(
@@ -71,10 +65,6 @@ def bars(*names):
     return status, said.getvalue(), next((row for row in found if row["key"] == "hardness_true"), None)
 
 
-def near(a, b, tolerance=1e-6):
-    return a is not None and math.isclose(a, b, rel_tol=tolerance)
-
-
 def law(cell, p):
     return 2e9 + 1e8 * (cell / 2e-6) ** p
 
@@ -82,19 +72,21 @@ def law(cell, p):
 fine, middle, coarse = 1.6e-6, 2.56e-6, 3.2e-6
 
 status, said, row = bars(run("fine", fine, law(fine, 1), 3e6), run("coarse", coarse, law(coarse, 1), 9e6))
-check(
+require(
     "two grids of first order: the error is the true one",
-    status == 0 and near(row["parts"]["grid"], law(fine, 1) - 2e9),
+    status == 0 and near(row["parts"]["grid"], law(fine, 1) - 2e9, 1e-6),
 )
-check(
+require(
     "the uncertainty is that of the finest run", row["parts"]["fit"] == 3e6 and row["value"] == law(fine, 1)
 )
-check("the error bar is the root of the sum of the squares", near(row["error_bar"], math.hypot(8e7, 3e6)))
-check(
+require(
+    "the error bar is the root of the sum of the squares", near(row["error_bar"], math.hypot(8e7, 3e6), 1e-6)
+)
+require(
     "the table has it in per cent",
     "hardness, true" in said and "1, assumed" in said and "cells of 800, 1600 nm" in said,
 )
-check("what no run has is left out", "E, true" not in said)
+require("what no run has is left out", "E, true" not in said)
 
 for p in (0.7, 1.0, 1.6):
     ones = [
@@ -102,21 +94,21 @@ for p in (0.7, 1.0, 1.6):
         for name, cell in (("fine", fine), ("middle", middle), ("coarse", coarse))
     ]
     status, said, row = bars(*ones)
-    check(
+    require(
         f"three grids of order {p}: 1.25 times the true error",
         near(row["parts"]["grid"], 1.25 * (law(fine, p) - 2e9), 1e-4),
     )
-    check(f"... and the order is said: {row['order']}", row["order"] == f"{p:.2f}")
-    check(
+    require(f"... and the order is said: {row['order']}", row["order"] == f"{p:.2f}")
+    require(
         "... in whatever order they are named",
-        near(bars(ones[0], ones[2], ones[1])[2]["error_bar"], row["error_bar"]),
+        near(bars(ones[0], ones[2], ones[1])[2]["error_bar"], row["error_bar"], 1e-6),
     )
 mixed = [ones[0], ones[1], run("coarse", coarse, law(coarse, 1.6), source="profile")]
 status, said, row = bars(*mixed)
-check(
+require(
     "true areas of different sources: no order, and it is said",
     row["order"] == "none: spread"
-    and near(row["parts"]["grid"], law(coarse, 1.6) - law(fine, 1.6))
+    and near(row["parts"]["grid"], law(coarse, 1.6) - law(fine, 1.6), 1e-6)
     and "of the profile in some runs" in said,
 )
 ones = [
@@ -124,26 +116,28 @@ ones = [
 ]
 row = bars(*ones)[2]
 step = (law(middle, 4) - law(fine, 4)) / ((middle / fine) ** 2 - 1)
-check(
+require(
     "an order above 2 counts as 2",
-    near(row["parts"]["grid"], 1.25 * step) and row["order"].startswith("2, not"),
+    near(row["parts"]["grid"], 1.25 * step, 1e-6) and row["order"].startswith("2, not"),
 )
 ones = [run("fine", fine, 2.00e9), run("middle", middle, 2.03e9), run("coarse", coarse, 1.99e9)]
 row = bars(*ones)[2]
-check("without an order: the spread", near(row["parts"]["grid"], 4e7) and row["order"] == "none: spread")
+require(
+    "without an order: the spread", near(row["parts"]["grid"], 4e7, 1e-6) and row["order"] == "none: spread"
+)
 
 ones = [run("fine", fine, 2.0e9), run("coarse", coarse, 2.1e9), run("slow", coarse, 2.06e9, end=2e-9)]
 row = bars(*ones)[2]
-check(
+require(
     "half the speed, beside the run of its cells",
-    near(row["parts"]["speed"], 8e7) and near(row["parts"]["grid"], 1e8),
+    near(row["parts"]["speed"], 8e7, 1e-6) and near(row["parts"]["grid"], 1e8, 1e-6),
 )
-check("... counts in the error bar", near(row["error_bar"], math.hypot(8e7, 1e8)))
+require("... counts in the error bar", near(row["error_bar"], math.hypot(8e7, 1e8), 1e-6))
 ones = [run("fine", fine, 2.0e9), run("coarse", coarse, 2.1e9), run("fast", coarse, 2.16e9, end=0.5e-9)]
-check("twice the speed", near(bars(*ones)[2]["parts"]["speed"], 6e7))
+require("twice the speed", near(bars(*ones)[2]["parts"]["speed"], 6e7, 1e-6))
 ones = [run("fine", fine, 2.0e9), run("coarse", coarse, 2.1e9), run("wide", fine, 2.03e9, width=28.8e-6)]
 row = bars(*ones)[2]
-check("a wider body is said by its name", near(row["parts"]["body.upper"], 3e7))
+require("a wider body is said by its name", near(row["parts"]["body.upper"], 3e7, 1e-6))
 
 good = run("fine", fine, 2e9)
 for name, word, more in (
@@ -153,20 +147,19 @@ for name, word, more in (
     ("slow", "one thing at a time", {"end": 2e-9}),
 ):
     status, said, row = bars(good, run(name, coarse, 2.1e9, **more))
-    check(f"refused: {name}", status == 2 and word in said and said.count("\n") == 1 and row is None)
+    require(f"refused: {name}", status == 2 and word in said and said.count("\n") == 1 and row is None)
 status, said, row = bars(good, run("same", fine, 2.1e9))
-check("refused: the same cells twice", status == 2 and "nothing else in it differs" in said)
+require("refused: the same cells twice", status == 2 and "nothing else in it differs" in said)
 status, said, row = bars(good)
-check("refused: one run", status == 2 and "two or more" in said)
+require("refused: one run", status == 2 and "two or more" in said)
 status, said, row = bars(good, str(WORK / "absent"))
-check("refused: no directory", status == 2 and "no such directory" in said)
+require("refused: no directory", status == 2 and "no such directory" in said)
 (WORK / "bare").mkdir(exist_ok=True)
 status, said, row = bars(good, str(WORK / "bare"))
-check(
+require(
     "refused: no hardness.json, with the command that makes it",
     status == 2 and f"make hardness RUN={WORK / 'bare'}" in said,
 )
 run("coarse", coarse, law(coarse, 1))
 run("fine", fine, law(fine, 1))
-print(f"{len(faults)} failed")
-sys.exit(bool(faults))
+finish()

@@ -22,6 +22,7 @@ from gimp3d import hardness
 from gimp3d import imprint
 from gimp3d import oliver_pharr as op
 from gimp3d import systematic
+from checks import finish, near, require
 
 angle, young, poisson, top = math.radians(70.3), 70e9, 0.3, 4e-6
 deepest, final, exponent, load = 200e-9, 175e-9, 1.4, 2e-3
@@ -49,17 +50,6 @@ exact = {
     "work_ratio": 1 - back / (load * deepest / 3),
     "pile_up": 0.1 * deepest,
 }
-faults = []
-
-
-def check(what, holds):
-    print(("ok      " if holds else "FAILED  ") + what)
-    if not holds:
-        faults.append(what)
-
-
-def near(a, b, tolerance):
-    return a is not None and abs(a - b) <= tolerance * max(abs(a), abs(b))
 
 
 def heights(r, depth, unloaded, rise=0.1):
@@ -238,30 +228,30 @@ for name, share, options in (
 ):
     fabricate(name, share, **options)
     status, text, answer = run(name, plots=name in ("quarter", "levels"))
-    check(f"{name}: exit status 0", status == 0)
+    require(f"{name}: exit status 0", status == 0)
     if answer is None:
         print(text)
         continue
     for key, value in exact.items():
         tolerance = 1e-3 if key not in ("pile_up", "area_true") else 5e-3 if key == "area_true" else 0.15
-        check(f"{name}: {key} {answer[key]:.6g}, exact {value:.6g}", near(answer[key], value, tolerance))
-        check(f"{name}: {key} has an uncertainty", isinstance(answer.get(f"{key}_uncertainty"), float))
-    check(
+        require(f"{name}: {key} {answer[key]:.6g}, exact {value:.6g}", near(answer[key], value, tolerance))
+        require(f"{name}: {key} has an uncertainty", isinstance(answer.get(f"{key}_uncertainty"), float))
+    require(
         f"{name}: the profile's area within its uncertainty",
         abs(answer["area_profile"] - true) < answer["area_profile_uncertainty"],
     )
-    check(
+    require(
         f"{name}: pile-up within its uncertainty",
         abs(answer["pile_up"] - 0.1 * deepest) < answer["pile_up_uncertainty"],
     )
-    check(f"{name}: nothing is missing", answer["missing"] == [] and answer["notes"] == [])
-    check(f"{name}: the share of the model", answer["model_share"] == share)
-    check(f"{name}: no partial file", not list((WORK / name).glob(".*.part")))
+    require(f"{name}: nothing is missing", answer["missing"] == [] and answer["notes"] == [])
+    require(f"{name}: the share of the model", answer["model_share"] == share)
+    require(f"{name}: no partial file", not list((WORK / name).glob(".*.part")))
     for picture in ("load_depth", "profile", "pressure") if name in ("quarter", "levels") else ():
         data = (WORK / name / f"hardness_{picture}.png").read_bytes()
-        check(f"{name}: hardness_{picture}.png", data[:8] == b"\x89PNG\r\n\x1a\n" and len(data) > 10000)
+        require(f"{name}: hardness_{picture}.png", data[:8] == b"\x89PNG\r\n\x1a\n" and len(data) > 10000)
 rows = list(csv.reader((WORK / "half/hardness.csv").open()))
-check(
+require(
     "hardness.csv: columns, nm and mN, from the surface, of the full body",
     rows[0] == ["time [s]", "depth [nm]", "load [mN]"]
     and near(float(rows[400][1]), 200, 1e-9)
@@ -270,11 +260,11 @@ check(
 )
 rings = np.loadtxt(WORK / "quarter/hardness_profile.csv", delimiter=",", skiprows=1)
 loaded = rings[rings[:, 0] == 0]
-check(
+require(
     "hardness_profile.csv: far out the wedge's height",
     all(abs(row[2] - 1e9 * heights(row[1] * 1e-9, deepest, False)) < 1 for row in loaded if row[1] > 700),
 )
-check(
+require(
     "hardness_profile.csv: the pressure within the contact",
     near(np.mean(loaded[loaded[:, 1] < 500, 5]), 1e-9 * load / true, 1e-6),
 )
@@ -282,7 +272,7 @@ check(
 # ---- options ----
 
 _, text, answer = run("quarter", "--beta", "1.2", "--epsilon", "0.75", "--window", "40,95")
-check(
+require(
     "beta, epsilon, window as said",
     answer["beta"] == 1.2
     and answer["epsilon"] == 0.75
@@ -290,18 +280,18 @@ check(
     and near(answer["modulus_true"], exact["modulus_true"] * beta / 1.2, 1e-3)
     and near(answer["contact_depth"], deepest - 0.75 * load / stiffness, 1e-4),
 )
-check("the window is printed", "fit over 40 to 95 % of the load" in text)
+require("the window is printed", "fit over 40 to 95 % of the load" in text)
 _, _, answer = run("quarter", "--area-coefficients", "24.5,0,0,0")
-check("an area function of coefficients", near(answer["area_oliver_pharr"], 24.5 * edge**2, 1e-3))
+require("an area function of coefficients", near(answer["area_oliver_pharr"], 24.5 * edge**2, 1e-3))
 _, _, answer = run("quarter", "--area", "profile")
-check(
+require(
     "the area of the profile",
     answer["area_true"] == answer["area_profile"]
     and near(answer["hardness_true"], load / answer["area_profile"], 1e-6),
 )
 fabricate("small", area_share=0.8)
 _, text, answer = run("small")
-check(
+require(
     "areas that are far apart: that of the history, and a note",
     answer["area_true_source"] == "column"
     and answer["area_true"] == answer["area_history"]
@@ -310,13 +300,13 @@ check(
 )
 fabricate("without", area_share=0.0)
 _, text, answer = run("without")
-check(
+require(
     "the profile's where the history has none",
     answer["area_true_source"] == "profile" and answer["area_true"] == answer["area_profile"],
 )
 _, _, answer = run("small", "--area", "profile")
 last = answer["unloadings"][-1]
-check(
+require(
     "--area profile: the row over depth has that area too",
     last["area_true"] == answer["area_profile"]
     and all(last[key] == answer[key] for key in ("hardness_true", "modulus_true", "young_true")),
@@ -333,12 +323,12 @@ for name, low, high in (
         f"upper={','.join(map(str, high))} /\n",
     )
     _, _, answer = run(name)
-    check(
+    require(
         f"another body, {name}: the tool is pressed into the one below its tip",
         near(answer["max_depth"], deepest, 1e-9) and near(answer["young_scene"], young, 1e-9),
     )
 for wrong in (("--window", "98,20"), ("--beta", "0"), ("--epsilon", "x"), ("--area", "other")):
-    check(f"{' '.join(wrong)} is refused", run("quarter", *wrong)[0] == 2)
+    require(f"{' '.join(wrong)} is refused", run("quarter", *wrong)[0] == 2)
 for shape, name in (
     ("shape='berkovich', half_angle=65.27, edge=1,0,0,", "Berkovich"),
     ("shape='sphere', radius=3e-6,", "sphere"),
@@ -350,7 +340,7 @@ for shape, name in (
         if name == "Berkovich"
         else math.pi * edge * (6e-6 - edge)
     )
-    check(
+    require(
         f"{name}: its area function and beta",
         status == 0
         and near(answer["area_oliver_pharr"], area, 1e-3)
@@ -358,7 +348,7 @@ for shape, name in (
     )
 fabricate("wedge", shape="shape='wedge', half_angle=70.3, edge=1,0,0,")
 status, text, answer = run("wedge")
-check(
+require(
     "wedge: no area function, and says so",
     status == 0
     and "has no area function" in text
@@ -377,7 +367,7 @@ for name, more, mean in (
     more = np.array(more)
     fabricate(name, curve=(np.r_[into[0], into[0][-1] + 0 * more], np.r_[into[1], into[1][-1] * more]))
     _, text, answer = run(name)
-    check(
+    require(
         f"{name}, no unloading: the load {answer['max_load'] / into[1][-1]:.4f} of the end's",
         near(answer["max_load"], mean * into[1][-1], 1e-3)
         and answer["max_load_uncertainty"] < 0.003 * answer["max_load"]
@@ -385,26 +375,26 @@ for name, more, mean in (
     )
 fabricate("few rows", curve=inward(6))
 _, _, answer = run("few rows")
-check("few rows: the load's uncertainty is not known", answer["max_load_uncertainty"] is None)
+require("few rows: the load's uncertainty is not known", answer["max_load_uncertainty"] is None)
 
 # ---- partial unloads ----
 
 fabricate("partial", curve=partial_unloads())
 status, text, answer = run("partial", plots=True)
-check("partial unloads: three of them", status == 0 and len(answer["unloadings"]) == 3)
+require("partial unloads: three of them", status == 0 and len(answer["unloadings"]) == 3)
 for row, size in zip(answer["unloadings"], (0.4, 0.7, 1.0)):
-    check(
+    require(
         f"partial unloads: H and E at {1e9 * row['max_depth']:.0f} nm",
         near(row["hardness_oliver_pharr"], exact["hardness_oliver_pharr"], 2e-3)
         and near(row["modulus_oliver_pharr"], exact["modulus_oliver_pharr"], 2e-3)
         and near(row["max_load"], size**2 * load, 1e-3),
     )
-check(
+require(
     "partial unloads: files over depth",
     (WORK / "partial/hardness_depth.png").is_file()
     and len(list(csv.reader((WORK / "partial/hardness_depth.csv").open()))) == 4,
 )
-check(
+require(
     "partial unloads: the rest of the last is the fit's, and says so",
     near(answer["work_elastic"], back, 0.01) and "ends under load" in text,
 )
@@ -413,7 +403,7 @@ check(
 
 fabricate("loading", curve=inward(400))
 status, text, answer = run("loading")
-check(
+require(
     "no unloading: a sentence, and what can be had",
     status == 0
     and "there is no unloading" in text
@@ -426,13 +416,13 @@ check(
 (h, p), (hb, pb) = inward(400), outward(9)
 fabricate("few", curve=(np.r_[h, hb], np.r_[p, pb]))
 status, text, answer = run("few")
-check(
+require(
     "too few rows: a sentence",
     status == 0 and "rows between 20 and 98 % of its load" in text and answer["stiffness"] is None,
 )
 fabricate("unseen", snapshots=False)
 status, text, answer = run("unseen")
-check(
+require(
     "no snapshots: a sentence",
     status == 0
     and "wrote no particle files" in text
@@ -450,14 +440,14 @@ surface = imprint.Surface(
     np.c_[x, y], heights(r, deepest, False) - hover, np.full(x.size, width / 2), 0 * x, 0 * x, 2 * width
 )
 found = imprint.contact_radius(surface, {"shape": ["cone"], "half_angle": [70.3]}, -deepest)
-check(
+require(
     f"a ring that hovers is not the edge of the contact: {1e9 * found[0]:.0f} nm",
     abs(found[0] - radius) < 0.5 * width,
 )
 
 fabricate("late", snapshot_at=200)
 status, text, answer = run("late")
-check(
+require(
     "no snapshot at the largest depth: a sentence",
     status == 0 and "the snapshot nearest to the largest depth is at" in text and answer["pile_up"] is None,
 )
@@ -474,18 +464,18 @@ most = max(float(row.split()[2]) for row in rows[3:])
     + "\n"
 )
 status, text, answer = run("springs_back")
-check(
+require(
     "kinetic energy is compared with the largest work, not with what an elastic unloading has left of it",
     status == 0 and "not quasi-static" not in text and near(answer["kinetic_share"], 0.008, 0.02),
 )
 
 fabricate("fast", kinetic=0.05)
 status, text, answer = run("fast")
-check(
+require(
     "kinetic energy above 1 %: a sentence",
     status == 0 and "not quasi-static" in text and near(answer["kinetic_share"], 0.05, 1e-6),
 )
-check(
+require(
     "kinetic energy of a third of what comes back: stiffness and moduli are not measured; what to do",
     answer["stiffness"] is None
     and answer["young_true"] is None
@@ -495,31 +485,31 @@ check(
     and "kinetic energy where the unloading begins is 32 % of" in text
     and "the tool is slow enough: take flip_fraction" in text,
 )
-check(
+require(
     "but the load and the true area are", answer["max_load"] is not None and answer["area_true"] is not None
 )
 case = (WORK / "fast/case.nml").read_text()
 (WORK / "fast/case.nml").write_text(case + "&quasi_static step=1e-12 /\n")
 _, still, quasi_static = run("fast")
-check(
+require(
     "quasi-static steps have no inertia",
     quasi_static["stiffness"] is not None and quasi_static["parts"]["stiffness"]["inertia"] == 0,
 )
 (WORK / "fast/case.nml").write_text(case)
 too_fast = systematic.Motion(speed_in=20, enough_in=2.57, speed_back=1, enough_back=0.5, noise=0.4, stop=0.4)
-check(
+require(
     f"a tool that is too fast: {too_fast.cure()}",
     too_fast.cure() == "take speed <= 2.5 m/s on the way in, and 0.5 m/s on the way back"
     and {"stiffness", "hardness_true", "young_true"} < set(systematic.not_measured(too_fast)),
 )
 returned = 1 - answer["work_ratio"]
-check(
+require(
     "and beside what unloading gives back: another",
     "that unloading gives back" in text and near(answer["kinetic_over_returned"], 0.05 / returned, 1e-6),
 )
 _, text, answer = run("quarter")
 parts = answer["parts"]
-check(
+require(
     "the parts of an uncertainty make it up",
     all(
         near(math.hypot(*causes.values()), answer[f"{key}_uncertainty"], 1e-9)
@@ -528,44 +518,44 @@ check(
     and {"curve", "inertia", "cells", "base"} == set(parts["stiffness"])
     and "energy" in parts["work_ratio"],
 )
-check(
+require(
     f"a rigid base adds q S/(E't) to the stiffness: {parts['stiffness']['base'] / stiffness:.4f}",
     near(parts["stiffness"]["base"] / stiffness, 0.4384 * stiffness * (1 - poisson**2) / young / top, 2e-3),
 )
-check(
+require(
     "where it is small beside that: none",
     0 < answer["kinetic_over_returned"] < 0.1 and "that unloading gives back" not in text,
 )
 
 fabricate("two", tools=("cone", "other"))
 status, text, _ = run("two")
-check(
+require(
     "two tools: which is asked", status == 2 and "TOOL=cone or TOOL=other" in text and text.count("\n") == 1
 )
 status, text, answer = run("two", "--tool", "other")
-check(
+require(
     "two tools: the one said",
     status == 0 and answer["tool"] == "other" and (WORK / "two/hardness_other.csv").is_file(),
 )
-check("a tool that is not there", run("two", "--tool", "third")[0] == 2)
+require("a tool that is not there", run("two", "--tool", "third")[0] == 2)
 fabricate("air", curve=(np.linspace(0, 1e-7, 50) - 2e-7, np.zeros(50)))
 status, text, _ = run("air")
-check(
+require(
     "never touches: a sentence, status 2", status == 2 and "never touches" in text and text.count("\n") == 1
 )
 broken = fabricate("broken")
 history = broken / "tool_cone.dat"
 history.write_text(history.read_text().replace(history.read_text().splitlines()[100].split()[4], "NaN"))
 status, text, _ = run("broken")
-check("not a number in the history: status 2", status == 2 and "not finite" in text)
+require("not a number in the history: status 2", status == 2 and "not finite" in text)
 fabricate("shareless", model_share=False)
 status, text, _ = run("shareless")
-check("no model_share: status 2", status == 2 and "model_share" in text)
+require("no model_share: status 2", status == 2 and "model_share" in text)
 fabricate("toolless", tools=())
-check("no tool: status 2", run("toolless")[0] == 2 and "has no tool" in run("toolless")[1])
+require("no tool: status 2", run("toolless")[0] == 2 and "has no tool" in run("toolless")[1])
 (WORK / "empty").mkdir()
-check("an empty directory: status 2", run("empty")[0] == 2 and "no run" in run("empty")[1])
-check("no directory: status 2", run("nowhere")[0] == 2)
+require("an empty directory: status 2", run("empty")[0] == 2 and "no run" in run("empty")[1])
+require("no directory: status 2", run("nowhere")[0] == 2)
 
 # files that are not what they should be: a sentence and status 2, whatever they hold
 rng = np.random.default_rng(60)
@@ -589,7 +579,7 @@ for name in ("case.nml", "tool_cone.dat", "energy.dat"):
         except Exception as error:
             status, text = 1, f"Traceback: {error}"
         sentence = text.strip()
-        check(
+        require(
             f"{name}, {kind}: status {status}, {sentence[-100:]}",
             status == 0 and "nan" not in text.lower() or status == 2 and 0 < len(sentence.splitlines()) == 1,
         )
@@ -602,8 +592,8 @@ for command in (["study"], ["solve", "--error", "1"]):
         cwd=WORK,
     )
     sentence = done.stderr.strip()
-    check(
+    require(
         f"{command[0]}, binary: status {done.returncode}, {sentence[-100:]}",
         done.returncode == 2 and "Traceback" not in sentence and sentence.count("\n") == 0,
     )
-sys.exit(bool(faults))
+finish()

@@ -5,19 +5,11 @@ that a gap opens as a wedge. The area within is integrated.
 """
 
 import math
-import sys
 
 import numpy as np
 
 from gimp3d import imprint
-
-faults = []
-
-
-def check(what, holds):
-    print(("ok      " if holds else "FAILED  ") + what)
-    if not holds:
-        faults.append(what)
+from checks import finish, require
 
 
 width, tip = 50e-9, -300e-9
@@ -58,23 +50,23 @@ for name, faces, tool in (
         found = imprint.contact_area(surface_under(tool, faces, end, 0.4), tool, tip)
         true = exact(faces, end)
         if found is None:
-            check(f"{name}, {100 * bulge:+g} %: an area", False)
+            require(f"{name}, {100 * bulge:+g} %: an area", False)
             continue
         area, sigma, mean, mean_sigma = found
-        check(
+        require(
             f"{name}, faces bulge by {100 * bulge:+g} %: {1e12 * area:.4g} +- {1e12 * sigma:.2g} um2, exact "
             f"{1e12 * true:.4g}, to 3 % and within the uncertainty",
             abs(area / true - 1) < 0.03 and abs(area - true) < sigma < 0.1 * area,
         )
-        check(
+        require(
             f"{name}: the mean edge has the area of a figure like the tool",
             abs(mean**2 * faces * math.tan(math.pi / faces) / area - 1) < 1e-12 and mean_sigma < 0.05 * mean,
         )
-    check(
+    require(
         f"{name}: no area where the gap opens nowhere",
         imprint.contact_area(surface_under(tool, faces, lambda turn: 9e-6, 0.4), tool, tip) is None,
     )
-check(
+require(
     "none for a tool that is neither round nor a pyramid",
     imprint.contact_area(surface_under(tool, faces, end, 0.4), {"shape": ["flat"], "radius": [1e-6]}, tip)
     is None,
@@ -110,7 +102,7 @@ lowest = min(
     imprint.surface_of(Columns(), frame, case, 1, reach, ()).heights.min()
     for reach in np.linspace(0.4e-6, 1.8e-6, 41)
 )
-check(
+require(
     f"a flat surface is flat to the rim of what is looked at: lowest {1e9 * lowest:.3g} nm", lowest > -1e-12
 )
-sys.exit(bool(faults))
+finish()

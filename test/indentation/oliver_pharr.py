@@ -9,18 +9,7 @@ import numpy as np
 
 ROOT = Path(sys.argv[1])
 from gimp3d import oliver_pharr as op
-
-faults = []
-
-
-def check(what, holds):
-    print(("ok      " if holds else "FAILED  ") + what)
-    if not holds:
-        faults.append(what)
-
-
-def near(a, b, tolerance=1e-9):
-    return abs(a - b) <= tolerance * max(abs(a), abs(b))
+from checks import finish, near, require
 
 
 def refused(word, action):
@@ -52,43 +41,43 @@ for name, case in tomllib.loads((ROOT / "test/references/oliver_pharr.toml").rea
             print(
                 f"   {name} {quantity}: {value:.9e}, the instrument {case[quantity]:.9e}, {digits:.1f} digits"
             )
-            check(f"{name}: {quantity} to the digits", near(value, case[quantity], 2e-6))
+            require(f"{name}: {quantity} to the digits", near(value, case[quantity], 2e-6))
     wrong = op.contact_depth(case["depth"], case["load"], case["stiffness"], 0.72)
-    check(
+    require(
         f"{name}: another epsilon is not met",
         not near(case["load"] / op.fitted_area(case["coefficients"])(wrong), case["hardness"], 1e-3),
     )
 
 # ---- formulas ----
 
-check(
+require(
     "epsilon: flat, paraboloid, cone",
     near(op.epsilon_of_exponent(1.0), 1)
     and near(op.epsilon_of_exponent(1.5), 0.75)
     and near(op.epsilon_of_exponent(2.0), 2 - 4 / math.pi),
 )
-check("epsilon is continuous at m = 1", abs(op.epsilon_of_exponent(1 + 2e-6) - 1) < 2e-3)
-check("Hay's factor: 1.067 at 70.3 degrees and 0.3", abs(op.hay_factor(70.3, 0.3) - 1.067) < 5e-4)
-check(
+require("epsilon is continuous at m = 1", abs(op.epsilon_of_exponent(1 + 2e-6) - 1) < 2e-3)
+require("Hay's factor: 1.067 at 70.3 degrees and 0.3", abs(op.hay_factor(70.3, 0.3) - 1.067) < 5e-4)
+require(
     "Hay's factor: 1 where nothing moves sideways",
     op.hay_factor(45, 0.5) == 1 and near(op.hay_factor(70.3, 0.5), 1),
 )
-check(
+require(
     "Hay's factor: both forms agree within 3 % at 60 degrees",
     abs(op.hay_factor(60, 0.3) / op.hay_factor(60.001, 0.3) - 1) < 0.03,
 )
-check(
+require(
     "ideal areas: 24.5 h^2 of the 70.3 degree cone, Berkovich and Vickers",
     all(
         abs(op.ideal_area(shape, half_angle=angle, faces=faces)(1e-7) * 1e14 - 24.5) < 0.07
         for shape, angle, faces in (("cone", 70.3, None), ("berkovich", 65.27, None), ("pyramid", 68, 4))
     ),
 )
-check(
+require(
     "ideal areas: a pyramid of 3 faces is a Berkovich",
     near(op.ideal_area("pyramid", 65.27, faces=3)(1e-7), op.ideal_area("berkovich", 65.27)(1e-7)),
 )
-check(
+require(
     "ideal areas: sphere, also beyond its radius; flat",
     near(op.ideal_area("sphere", radius=2.0)(0.5), math.pi * 1.75)
     and near(op.ideal_area("sphere", radius=2.0)(3.0), 4 * math.pi)
@@ -99,12 +88,12 @@ rounded, sharp = (
     op.ideal_area("cone", half_angle=70.3),
 )
 touch = 1e-7 * (1 - math.sin(math.radians(70.3)))
-check(
+require(
     "ideal areas: a rounded cone goes over smoothly, and is the sharp one moved",
     near(rounded(touch * (1 - 1e-9)), rounded(touch * (1 + 1e-9)), 1e-6)
     and near(rounded(1e-6), sharp(1e-6 + 1e-7 * (1 / math.sin(math.radians(70.3)) - 1))),
 )
-check("ideal areas: a wedge has none", op.ideal_area("wedge", half_angle=70.3) is None)
+require("ideal areas: a wedge has none", op.ideal_area("wedge", half_angle=70.3) is None)
 
 # Finite elements of a cone of 70.3 degrees, nu = 0.3 (Lu et al., PNAS 117 (2020) 7052): C/Y, S/(E'h); the
 # area from
@@ -116,23 +105,23 @@ for ratio, hard, stiff, h_wrong, e_wrong in (
     modulus = ratio / 0.91
     area = 24.5 * op.contact_depth(1.0, hard, stiff * modulus, 0.75) ** 2
     true = (stiff / 1.1957) ** 2
-    check(
+    require(
         f"pile-up, E/Y = {ratio}: hardness {100 * h_wrong:.0f} % too high",
         abs(true / area - 1 - h_wrong) < 0.015,
     )
-    check(
+    require(
         f"pile-up, E/Y = {ratio}: modulus {100 * e_wrong:.0f} % too high",
         abs(op.reduced_modulus(stiff * modulus, area, 1.034) / modulus - 1 - e_wrong) < 0.015,
     )
 
 value, sigma = op.propagate(lambda a, b: a * b, (2.0, 3.0), np.array([[0.01, 0.002], [0.002, 0.04]]))
-check(
+require(
     "propagation of correlated values",
     value == 6 and near(sigma, math.sqrt(9 * 0.01 + 4 * 0.04 + 2 * 6 * 0.002), 1e-6),
 )
 random = np.random.default_rng(1)
 white = random.normal(size=4000)
-check(
+require(
     "correlation time: 1 of white noise, 5 of running means of 5",
     abs(op.correlation_time(white) - 1) < 0.1
     and abs(op.correlation_time(np.convolve(white, np.ones(5) / 5, "valid")) - 5) < 0.8,
@@ -182,22 +171,22 @@ def analyse(depth, load, **options):
 for label, options in (("", {}), (", after a hold", {"hold": 40}), (", partial", {"to": 0.3})):
     depth, load = curve(**options)
     result, unloading = analyse(depth, load)
-    check(
+    require(
         f"without noise all comes back{label}",
         all(near(result.values[key], value, 1e-6) for key, value in exact.items()),
     )
-    check(
+    require(
         f"without noise the uncertainty is next to none{label}", result.sigma["stiffness"] < 1e-6 * stiffness
     )
     values, sigma = op.work(depth, load, unloading, result.fit)
     back = factor * (deepest - final) ** (exponent + 1) / (exponent + 1)
-    check(f"work ratio{label}", abs(values["work_ratio"] - (1 - back / (top * deepest / 3))) < 2e-4)
+    require(f"work ratio{label}", abs(values["work_ratio"] - (1 - back / (top * deepest / 3))) < 2e-4)
     c, c_sigma, power, _ = op.loading_curvature(depth, load, unloading.start)
-    check(
+    require(
         f"loading curvature{label}",
         near(c, top / deepest**2, 1e-9) and near(power, 2, 1e-6) and c_sigma < 1e-9 * c,
     )
-check(
+require(
     "a given epsilon is used",
     near(analyse(*curve(), epsilon=1.0)[0].values["contact_depth"], deepest - top / stiffness, 1e-6),
 )
@@ -219,7 +208,7 @@ for label, options in (("", {}), (", after a hold", {"hold": 40}), (", running m
             f"{within:.0%}, two {twice:.0%}, rms {spread:.2f}"
         )
         low, high, most = (0.58, 0.86, 1.25) if not options else (0.50, 0.92, 1.45)
-        check(
+        require(
             f"the uncertainty of {key} covers about two thirds of the errors{label}",
             low <= within <= high and twice > 0.85 and 0.6 < spread < most,
         )
@@ -230,7 +219,7 @@ bent = load + 0.03 * top * np.sin(2 * math.pi * (depth - final) / (deepest - fin
     np.arange(depth.size) > 499
 )
 result, _ = analyse(depth, bent)
-check("a curve of another form gets a larger uncertainty", result.sigma["stiffness"] > 0.02 * stiffness)
+require("a curve of another form gets a larger uncertainty", result.sigma["stiffness"] > 0.02 * stiffness)
 
 # ---- segments and what is refused ----
 
@@ -244,19 +233,19 @@ steps = np.concatenate(
     ]
 )
 found = op.find_unloadings(steps)
-check(
+require(
     "two unloadings, the second after a hold",
     [(u.hold, u.start, u.end) for u in found] == [(50, 50, 79), (129, 150, 179)],
 )
-check(
+require(
     "a small way back is none",
     op.find_unloadings(np.r_[np.linspace(0, 1, 50), np.linspace(1, 0.998, 10), np.linspace(0.998, 2, 50)])
     == [],
 )
-check("a tool above the surface has none", op.find_unloadings(-1 - np.abs(np.linspace(-1, 1, 99))) == [])
-check("too few rows", refused("rows between 20 and 98 % of its load", lambda: analyse(*curve(rows=9))))
-check(
+require("a tool above the surface has none", op.find_unloadings(-1 - np.abs(np.linspace(-1, 1, 99))) == [])
+require("too few rows", refused("rows between 20 and 98 % of its load", lambda: analyse(*curve(rows=9))))
+require(
     "an unloading that stays high",
     refused("% of its load, and a fit needs one that goes down", lambda: analyse(*curve(to=0.9))),
 )
-sys.exit(bool(faults))
+finish()

@@ -1,34 +1,13 @@
 """What the scripts of this suite measure in runs: figures with their bounds, and files that must be the same
 to the bit."""
 
-import sys
 from pathlib import Path
 
 import h5py
 import numpy as np
 
+from checks import check, require
 from gimp3d.run_data import History, Particles
-
-failures = 0
-
-
-def check(what, value, bound):
-    """Print a measured figure; it must be a number whose magnitude is at most the bound."""
-    global failures
-    good = bool(np.all(np.abs(value) <= bound))
-    failures += not good
-    print(f"{'   ' if good else 'FAILED: '}{what}: {np.max(np.abs(value)):.3g} (at most {bound:.3g})")
-
-
-def require(what, condition):
-    global failures
-    failures += not condition
-    if not condition:
-        print(f"FAILED: {what}")
-
-
-def finish():
-    sys.exit(1 if failures else 0)
 
 
 def energy(directory):

@@ -7,7 +7,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 from run_scene import run
-from runs import finish, require, same_bits, snapshots
+from checks import finish, require
+from runs import same_bits, snapshots
 
 LAWS = {
     "elastic": "young=1e9, poisson=0.3",

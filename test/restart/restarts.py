@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from runs import everything
+from checks import finish, require
 
 GIMP3D = os.environ["GIMP3D"]
-failures = 0
 STATE = Path(__file__).resolve().parents[2] / "src/model/state.f90"
 FORMAT = int(re.search(r"state_format = (\d+)", STATE.read_text()).group(1))
 
@@ -79,17 +79,6 @@ FOLLOWING = CONTACT.replace("&tool", "&level lower=0,0,0.4, upper=0.8,0.8,1, fol
 FOLLOWING_PARTS = FOLLOWING.replace(
     "&level", "&anti_locking /\n&level of=1, shape='sphere', radius=0.55, follow='ball' /\n&level of=1,"
 )
-
-
-def require(what, condition):
-    global failures
-    failures += not condition
-    print(f"{'   ' if condition else 'FAILED: '}{what}", flush=True)
-    return bool(condition)
-
-
-def finish():
-    sys.exit(1 if failures else 0)
 
 
 def scene(text, directory, checkpoint=None, end=0.03, every=0.012, history=0.0, more=""):

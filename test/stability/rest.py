@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
-from runs import check, energy, finish, require, snapshots
+from checks import check, finish, require
+from runs import energy, snapshots
 
 YOUNG, POISSON, PRESSURE = 1e6, 0.3, 1e4  # Pa
 CELL, SIDE, HEIGHT = 0.125, 0.5, 1.0  # m

@@ -8,7 +8,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 from gimp3d.run_data import History, Particles
 from run_scene import run
-from runs import check, finish, require
+from checks import check, finish, require
 
 
 def last_particles(directory):

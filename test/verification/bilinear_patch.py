@@ -13,7 +13,8 @@ import re
 import numpy as np
 
 from run_scene import ROOT, probe, replace, run, seconds_and_particles
-from runs import check, energy, finish, require
+from checks import check, finish, require
+from runs import energy
 
 POINT = (0.25, 0.25, 6.75)  # mm
 LEVELS = (100, 200, 300, 400)  # MPa

@@ -8,7 +8,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 from run_scene import run
-from runs import finish, require, snapshots
+from checks import finish, require
+from runs import snapshots
 
 SCENE = """&scene title='five levels', end_time=0.8 /
 &grid lower=0,0,0, upper=8,8,8, cell_size=1, boundary='symmetry','free','symmetry','free','symmetry','free' /

@@ -7,7 +7,7 @@ import numpy as np
 
 from gimp3d.run_data import History, Particles, snapshot_paths
 from run_scene import run
-from runs import check, finish, require
+from checks import check, finish, require
 
 FIELDS = "fields='displacement','strain','deformation_gradient'"
 SPIN = """

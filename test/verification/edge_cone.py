@@ -9,6 +9,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+from checks import finish, require
 
 GIMP3D = sys.argv[1]
 SCENE = """&scene title='a cone in metal', end_time=80e-9 /
@@ -22,13 +23,6 @@ SCENE = """&scene title='a cone in metal', end_time=80e-9 /
 &output directory='{name}', formats='hdf5' /
 """
 LOW, WIDE, TOP = 13e-6, 3.5e-6, 16e-6  # of the finest level's edge, and the surface, m
-failed = False
-
-
-def need(condition, what):
-    global failed
-    failed |= not condition
-    print(f"   {'' if condition else 'FAILED: '}{what}")
 
 
 def particles(name, low, wide):
@@ -81,9 +75,9 @@ for side, size in (("inside", 0.25e-6), ("outside", 0.5e-6)):
             level = np.sqrt(np.mean(exact[:, number] ** 2))
             off = np.abs(means - exact)[:, number] / level
             rms, most = 100 * np.sqrt(np.mean(off**2)), 100 * off.max()
-            need(
-                rms < 8 and most < 17,
+            require(
                 f"{len(keys)} cells {side}, {what} {own}: off by {rms:.1f} % rms, {most:.1f} % at most, of "
                 f"{1e-6 * level:.0f} MPa",
+                rms < 8 and most < 17,
             )
-sys.exit(1 if failed else 0)
+finish()

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+from checks import finish, require
 
 GIMP3D = sys.argv[1]
 SCENE = """&scene title='a tool moves along', end_time=1.5 /
@@ -72,45 +73,36 @@ def von_mises(stress):
     return np.sqrt(1.5 * (deviator**2).sum(axis=1) + 3 * (shear**2).sum(axis=1))
 
 
-failed = False
-
-
-def need(condition, what):
-    global failed
-    failed |= not condition
-    print(f"   {'' if condition else 'FAILED: '}{what}")
-
-
 def compare(what, level, share, tool=BALL, more=""):
     """A placed level beside grids as fine, and as coarse, everywhere."""
     fine = Run(f"{what}_fine", "", 0.5, tool=tool, more=more)
     coarse = Run(f"{what}_coarse", "", tool=tool, more=more)
     placed = Run(f"{what}_placed", level, tool=tool, more=more)
     off = lambda one, other: 100 * (one / other - 1)
-    need(
-        abs(off(placed.loads[0], fine.loads[0])) < 2,
+    require(
         f"{what}: load {off(placed.loads[0], fine.loads[0]):+.2f} % off the fine grid's; the coarse one "
         f"{off(coarse.loads[0], fine.loads[0]):+.2f} %; along "
         + ", ".join(f"{run.loads[1]:.4g}" for run in (placed, fine, coarse))
         + " N",
+        abs(off(placed.loads[0], fine.loads[0])) < 2,
     )
-    need(
-        abs(off(placed.peak, fine.peak)) < 2,
+    require(
         f"{what}: peak recovered stress {off(placed.peak, fine.peak):+.2f} %; "
         f"the coarse one {off(coarse.peak, fine.peak):+.2f} %",
+        abs(off(placed.peak, fine.peak)) < 2,
     )
-    need(
-        placed.steps < share * fine.steps,
+    require(
         f"{what}: {100 * placed.steps / fine.steps:.0f} % of the particle-steps, "
         f"{100 * placed.seconds / fine.seconds:.0f} % of the time",
+        placed.steps < share * fine.steps,
     )
     print("   boxes:", [f"x {low[0]:g} to {high[0]:g}, z from {low[2]:g}" for low, high in placed.boxes])
-    need(placed.boxes[-1][1][0] > placed.boxes[0][1][0] + 3, f"{what}: the level has followed the tool")
+    require(f"{what}: the level has followed the tool", placed.boxes[-1][1][0] > placed.boxes[0][1][0] + 3)
     change = np.abs(placed.mass / placed.mass[0] - 1).max()
-    need(change < 1e-12, f"{what}: mass {change:.1e}")
-    need(
-        placed.balance < fine.balance + 1,
+    require(f"{what}: mass {change:.1e}", change < 1e-12)
+    require(
         f"{what}: energy balance {placed.balance} %, {fine.balance} % on the fine grid",
+        placed.balance < fine.balance + 1,
     )
     return fine
 
@@ -120,8 +112,8 @@ fine = compare("sliding", LEVEL.format(3000), 0.6)
 compare("rolling", LEVEL.format(6000), 0.8, *ROLLER)
 # the bits of contact depend on the ranks, and regions may differ by a cell with them
 two = Run("placed_on_two", LEVEL.format(3000), ranks=2)
-need(
-    abs(two.loads[0] / fine.loads[0] - 1) < 0.02,
+require(
     f"load on two ranks {100 * (two.loads[0] / fine.loads[0] - 1):+.2f} % off the fine grid's",
+    abs(two.loads[0] / fine.loads[0] - 1) < 0.02,
 )
-sys.exit(1 if failed else 0)
+finish()

@@ -11,19 +11,13 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from checks import finish, require
 
 GIMP3D, ROOT = sys.argv[1], Path(sys.argv[2])
 SHIPPED = (ROOT / "input/wide_punch.nml").read_text()
 LEVEL = re.search(r"^&level.*\n", SHIPPED, re.M).group(0)
 TOOL = re.search(r"^&tool.*\n", SHIPPED, re.M).group(0)
 END = 0.12
-failed = False
-
-
-def need(condition, what):
-    global failed
-    failed |= not condition
-    print(f"   {'' if condition else 'FAILED: '}{what}")
 
 
 def run(name, level=LEVEL, tool=TOOL, end=END, cell=1, text=SHIPPED):
@@ -44,7 +38,7 @@ def load(name):
 
 def works(name, **how):
     status, said, wrong = run(name, **how)
-    need(status == 0, f"{name}: status {status} {wrong.strip()}")
+    require(f"{name}: status {status} {wrong.strip()}", status == 0)
     return said
 
 
@@ -52,46 +46,46 @@ works("fine", level="", cell=0.5)
 works("coarse", level="")
 said = works("placed")
 boxed = works("in_a_box", level="&level criterion='error', lower=2,0,2, upper=18,8,9, max_cells=20000 /\n")
-need(
-    re.search(r"^level 2 +\(\S+ 0, 2\) to \(\S+ 8, 9\)", boxed, re.M),
+require(
     "a level with a box begins there, with what is touched: "
     + "".join(re.findall(r"^level 2 .*cells", boxed, re.M)),
+    re.search(r"^level 2 +\(\S+ 0, 2\) to \(\S+ 8, 9\)", boxed, re.M),
 )
 for name in ("placed", "in_a_box"):
-    need(
-        abs(load(name) / load("fine") - 1) < 0.01,
+    require(
         f"{name}: load {100 * (load(name) / load('fine') - 1):+.2f} % off the fine grid's",
+        abs(load(name) / load("fine") - 1) < 0.01,
     )
-need(
-    abs(load("coarse") / load("fine") - 1) > 0.02,
+require(
     f"control: the coarse grid is {100 * (load('coarse') / load('fine') - 1):+.2f} % off",
+    abs(load("coarse") / load("fine") - 1) > 0.02,
 )
 
 # the budget
-need("budget     7500 cells of all levels that the error places together" in said, "a run says its budget")
-need("the budget kept out cells whose error is above the tolerance" in said, "and that it binds")
+require("a run says its budget", "budget     7500 cells of all levels that the error places together" in said)
+require("and that it binds", "the budget kept out cells whose error is above the tolerance" in said)
 cells = int(re.search(r"level 2 has (\d+) cells", said).group(1))
-need(cells <= 7500, f"and keeps to it: {cells} cells")
+require(f"and keeps to it: {cells} cells", cells <= 7500)
 said = works("free", level="&level criterion='error', tolerance=0.02 /\n", end=0.06)
-need(
-    "levels by the error: looked at" in said and "the budget kept out" not in said,
+require(
     "it does not bind where there is room",
+    "levels by the error: looked at" in said and "the budget kept out" not in said,
 )
 status, _, wrong = run("too_few", level="&level criterion='error', max_cells=2000 /\n")
-need(
+require(
+    wrong.strip(),
     status == 2
     and re.search(r"line \d+, &level max_cells=2000: what is touched at the start needs \d+ cells", wrong),
-    wrong.strip(),
 )
 said = works("in_memory", level="&level criterion='error', max_memory=38e6 /\n")
 cells = int(re.search(r"level 2 has (\d+) cells", said).group(1))
-need(6832 <= cells <= 7600, f"a budget in bytes is one: {cells} cells in 38 MB")
+require(f"a budget in bytes is one: {cells} cells in 38 MB", 6832 <= cells <= 7600)
 for size, sentence in (("1e5", "allowed: at least"), ("2e7", "what is touched at the start needs")):
     status, _, wrong = run("too_little", level=f"&level criterion='error', max_memory={size} /\n")
-    need(status == 2 and sentence in wrong and "&level max_memory" in wrong, wrong.strip())
+    require(wrong.strip(), status == 2 and sentence in wrong and "&level max_memory" in wrong)
 two = "&level criterion='error', max_cells={} /\n&level criterion='error', max_cells=100000 /\n"
 status, _, wrong = run("too_few_together", level=two.format(18000), end=0.01)
-need(status == 2 and "of the level and of finer ones" in wrong, wrong.strip())
+require(wrong.strip(), status == 2 and "of the level and of finer ones" in wrong)
 works("enough_together", level=two.format(100000), end=0.01)
 
 # tools of other forms, and several; each comes from some way off
@@ -129,18 +123,18 @@ GROUPS = """&scene title='two balls', end_time=0.7 /
 """
 said = works("groups", text=GROUPS)
 changed = float(re.search(r"^momentum: changed by ([-+0-9.e]+)", said, re.M).group(1))
-need(changed < 1e-11, f"groups: momentum changed by {changed}")
+require(f"groups: momentum changed by {changed}", changed < 1e-11)
 pushed = [
     float(line.split()[-1])
     for line in Path("groups", "contact_left_right.dat").read_text().splitlines()
     if re.match(r"^\s*[-0-9]", line)
 ]
-need(len(pushed) > 10, "groups: rows of their contact")
+require("groups: rows of their contact", len(pushed) > 10)
 status, _, wrong = run(
     "groups_control",
     text=GROUPS.replace(
         "&level criterion='error', max_cells=20000, tolerance=0.2 /", "&level lower=2,-2,-2, upper=6,2,2 /"
     ),
 )
-need(status == 3, f"control: contact outside a level that stays: status {status}")
-sys.exit(1 if failed else 0)
+require(f"control: contact outside a level that stays: status {status}", status == 3)
+finish()

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from run_scene import History, probe, replace, run
-from runs import check, finish, require
+from run_scene import History, probe, run
+from checks import check, finish, require
 
 RADIUS, HEIGHT = 10e-3, 15e-3  # m
 YIELD, HARDENING = 700e6, 300e6  # Pa

@@ -4,7 +4,8 @@ for the finite width. usage: hole.py (in an empty directory; GIMP3D is the progr
 import numpy as np
 
 from run_scene import ROOT, replace, run
-from runs import check, finish, require, snapshots
+from checks import check, finish, require
+from runs import snapshots
 
 RADIUS, WIDTH, STRESS = 8e-3, 80e-3, 100e6
 run(replace((ROOT / "input/plate_with_hole.nml").read_text(), "'out/plate_with_hole'", "'hole'"), 2)

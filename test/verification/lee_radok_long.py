@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 from run_scene import History, run
-from runs import check, finish, require
+from checks import check, finish, require
 
 TAU, RATIO = 2e-8, 0.5
 SCENE = """&scene title='sphere into a viscoelastic cylinder', end_time=9e-8 /

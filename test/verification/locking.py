@@ -23,15 +23,10 @@ from plane_strain import cantilever
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 from gimp3d.run_data import History, Particles
+from checks import finish, require
 
 EFFECT = "&anti_locking /\n"
 OFF = "&anti_locking kind='none' /\n"
-faults = []
-
-
-def require(what, condition):
-    if not condition:
-        faults.append(what)
 
 
 def run(args, name, text):
@@ -218,9 +213,7 @@ def main():
     args = parser.parse_args()
     for part in (cantilevers, blocks, columns, punches):
         part(args)
-    for fault in faults:
-        print("FAILED:", fault)
-    sys.exit(1 if faults else 0)
+    finish()
 
 
 if __name__ == "__main__":

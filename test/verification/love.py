@@ -8,7 +8,8 @@ import sys
 import numpy as np
 
 from run_scene import ROOT, replace, run, seconds_and_particles
-from runs import check, energy, finish, require, snapshots
+from checks import check, finish, require
+from runs import energy, snapshots
 
 PRESSURE, HALF, TOP = 40e6, 1e-3, 6e-3
 

@@ -5,7 +5,8 @@ program)"""
 import re
 
 from run_scene import run
-from runs import check, energy, finish, require, same_bits, vector
+from checks import check, finish, require
+from runs import energy, same_bits, vector
 
 SCENE = """&scene title='block through a level', end_time=0.35 /
 &grid lower=0,0,0, upper=28,24,20, cell_size=1, boundary=6*'free' /

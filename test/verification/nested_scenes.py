@@ -17,7 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from run_scene import ROOT, probe, replace, run, seconds_and_particles
-from runs import History, Particles, check, finish, require
+from checks import check, finish, require
+from runs import History, Particles
 
 MOVING = """&scene title='sphere on a level that moves', end_time=2.2e-8 /
 &grid lower=0,0,0, upper=61.44e-6,61.44e-6,38.4e-6, cell_size=2.56e-6, boundary='symmetry','free','symmetry','free','roller','free' /

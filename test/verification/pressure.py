@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from run_scene import run
-from runs import check, energy, finish, require, same_bits, snapshots, vector
+from checks import check, finish, require
+from runs import energy, same_bits, snapshots, vector
 
 CELL = 0.1
 LAW = "&material name='soft', model='elastic', density=1000, young=1e6, poisson=0.3 /\n"

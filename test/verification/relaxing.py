@@ -6,7 +6,8 @@ import numpy as np
 
 from run_scene import run
 from gimp3d.run_data import History
-from runs import check, finish, require, snapshots
+from checks import check, finish, require
+from runs import snapshots
 
 YOUNG, POISSON = 1e6, 0.3
 BODY = """&grid lower=0,0,0, upper=0.5,0.5,0.4, cell_size=0.1, boundary='symmetry','free','symmetry','free','symmetry','free' /

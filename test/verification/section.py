@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 from run_scene import ROOT, replace, run
-from runs import check, energy, finish, require, same_bits, snapshots, vector
+from checks import check, finish, require
+from runs import energy, same_bits, snapshots, vector
 from gimp3d.run_data import History
 
 GRID = "&grid geometry='{geometry}', lower={lower}, upper={upper}, cell_size={cell}, boundary={boundary} /\n"

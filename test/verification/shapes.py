@@ -5,8 +5,9 @@ import math
 
 import numpy as np
 
-from run_scene import ROOT, run
-from runs import check, energy, finish, require, snapshots, vector
+from run_scene import run
+from checks import check, finish, require
+from runs import energy, snapshots, vector
 
 from gimp3d import surfaces
 

@@ -4,7 +4,8 @@ isentrope."""
 import numpy as np
 
 from run_scene import run
-from runs import check, energy, finish, require, snapshots
+from checks import check, finish, require
+from runs import energy, snapshots
 
 RHO, C0, S, GAMMA = 8930.0, 3940.0, 1.489, 1.99
 LAW = (

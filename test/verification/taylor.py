@@ -9,7 +9,8 @@ import sys
 import numpy as np
 
 from run_scene import ROOT, replace, run, seconds_and_particles
-from runs import check, energy, finish, require, snapshots
+from checks import check, finish, require
+from runs import energy, snapshots
 
 RADIUS, LENGTH = 3.81, 25.4  # mm
 # mm: Johnson and Holmquist (1988)

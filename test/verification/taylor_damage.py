@@ -9,7 +9,8 @@ import h5py
 import numpy as np
 
 from run_scene import ROOT, replace, run
-from runs import check, energy, finish, require, snapshots
+from checks import check, finish, require
+from runs import energy, snapshots
 
 RADIUS = 3.81e-3  # m
 WAVE = np.sqrt(200e9 * (1 - 0.29) / (1 + 0.29) / (1 - 2 * 0.29) / 7830)  # m/s

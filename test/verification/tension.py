@@ -6,7 +6,8 @@ import sys
 import numpy as np
 
 from run_scene import run
-from runs import check, energy, finish, require, same_bits, snapshots
+from checks import check, finish, require
+from runs import energy, same_bits, snapshots
 
 DENSITY, SHEAR, BULK, SIDE = 1050.0, 1e6 / 2.6, 1e6 / 1.2, 0.1
 LAW = f"&material name='rubber', model='neo_hookean', density={DENSITY}, young=1e6, poisson=0.3 /\n"

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from run_scene import ROOT, replace, run
-from runs import finish, require
+from checks import finish, require
 
 from gimp3d import pole_figure
 

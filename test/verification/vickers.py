@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from run_scene import ROOT, replace, run
-from runs import check, finish
+from checks import check, finish
 from gimp3d.run_data import History
 
 ANGLE, RADIUS, DEPTH = math.radians(68), 20e-9, 0.2e-6

@@ -4,11 +4,11 @@ import os
 import re
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 import numpy as np
 from run_scene import ROOT, run
 from vumat_fields import far, newest
+from checks import finish, require
 
 J2 = "model='j2', young=200e9, poisson=0.3, yield_stress=350e6, hardening_modulus=1e9"
 VUMAT = "model='vumat', library='./j2.so', constants=200e9, 0.3, 350e6, 1e9, states=1"
@@ -23,12 +23,6 @@ SCENE = """&scene title='block', end_time=%s /
 &anti_locking /
 &output directory='%s', formats='hdf5', every=1e-5 /
 """
-
-
-def require(what, good):
-    print(("ok      " if good else "FAILED  ") + what)
-    if not good:
-        sys.exit(1)
 
 
 def refused(what, material, status, sentence, end="1e-5"):
@@ -148,3 +142,4 @@ require(
     f"another library is refused: {done.stderr.strip()[:200]}",
     done.returncode == 2 and re.search(r"library='./j2.so': has been changed: its checksum is", done.stderr),
 )
+finish()

@@ -3,7 +3,7 @@
 import re
 
 from run_scene import ROOT, replace, run
-from runs import check, finish, require
+from checks import check, finish, require
 from vumat_fields import far, newest
 
 BUILT_IN = "model='j2', density=2710, young=70e9, poisson=0.33, yield_stress=60e6, hardening_modulus=3.5e9"

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from run_scene import run, probe
-from runs import check, energy, finish, require, same_bits
+from checks import check, finish, require
+from runs import energy, same_bits
 
 ROD = """&scene title='rod', end_time=0.3 /
 &grid lower=0,0,0, upper={width},{width},1.5, cell_size=0.1, boundary='symmetry','symmetry','symmetry','symmetry','symmetry','free' /
