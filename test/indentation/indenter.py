@@ -14,37 +14,35 @@ import json
 import sys
 from pathlib import Path
 
+from checks import finish, require
+
 answer = json.loads(Path(sys.argv[1]).read_text())
 curvature, stiffness, work, area = map(float, sys.argv[2:])
 depth, modulus, yield_stress = answer["max_depth"], answer["modulus_scene"], 700e6
-faults = 0
 
 
-def check(what, value, wanted, bound):
-    global faults
-    holds = abs(value - wanted) <= bound
-    print(
-        f"{'ok     ' if holds else 'FAILED '} {what}: {value:.4g}, finite elements {wanted:.4g}, within "
-        f"{bound:.2g}"
+def beside(what, value, wanted, bound):
+    """Beside finite elements, within a difference."""
+    require(
+        f"{what}: {value:.4g}, finite elements {wanted:.4g}, within {bound:.2g}", abs(value - wanted) <= bound
     )
-    faults += not holds
 
 
-check("C/Y", answer["loading_curvature"] / yield_stress, 70.0, 0.7 * curvature)
-check("S/(E'h)", answer["stiffness"] / modulus / depth, 6.258, 0.06258 * stiffness)
-check("plastic over total work", answer["work_ratio"], 0.831, work)
+beside("C/Y", answer["loading_curvature"] / yield_stress, 70.0, 0.7 * curvature)
+beside("S/(E'h)", answer["stiffness"] / modulus / depth, 6.258, 0.06258 * stiffness)
+beside("plastic over total work", answer["work_ratio"], 0.831, work)
 true = (6.258 / 1.1957) ** 2
-check(
+beside(
     "area within which the surface touches the tool, over h^2",
     answer["area_profile"] / depth**2,
     true,
     0.01 * true * area,
 )
-check(
+beside(
     "hardness by the true area, over Y", answer["hardness_true"] / yield_stress, 70 / true, 0.7 / true * area
 )
-check("exponent of the loading", answer["loading_exponent"], 2.0, 0.15)
-check("kinetic energy over work", answer["kinetic_share"], 0.0, 0.01)
+beside("exponent of the loading", answer["loading_exponent"], 2.0, 0.15)
+beside("kinetic energy over work", answer["kinetic_share"], 0.0, 0.01)
 for what, holds in (
     (
         "Oliver and Pharr's hardness is too high, as the surface piles up",
@@ -53,6 +51,5 @@ for what, holds in (
     ("the unloaded surface stands above the undeformed one", answer["pile_up_peak_unloaded"] > 0.05 * depth),
     ("nothing is missing", answer["missing"] == []),
 ):
-    print(f"{'ok     ' if holds else 'FAILED '} {what}")
-    faults += not holds
-sys.exit(bool(faults))
+    require(what, holds)
+finish()

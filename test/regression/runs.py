@@ -6,7 +6,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from checks import check, require
+from checks import check, finish, require  # scripts may take these from here too
 from gimp3d.run_data import History, Particles
 
 
