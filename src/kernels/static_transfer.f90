@@ -5,10 +5,11 @@ module m_static_transfer
    use m_node_values, only: node_values, tile_last, f_x
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
-   use m_stencil, only: stencil_t, frame_t, batch, chunk, set_stencil
-   use m_corner_stencil, only: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights
+   use m_stencil, only: stencil_t, frame_t, batch, chunk, set_stencil, set_places
+   use m_corner_stencil, only: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights, &
+                               corner_slopes, batch_end
    use m_p2g_boxes, only: load_t, add_force
-   use m_p2g_corners, only: add_corners_load
+   use m_p2g_corners, only: add_corners_force, turn_force
    use m_section_weights, only: take_hoop_force, take_hoop_modulus
    implicit none
    private
@@ -29,17 +30,23 @@ contains
       type(corner_stencil_t) :: corners
       type(corner_weights_t) :: weights
       type(load_t) :: load
-      integer :: first, m, p, r
-      load%momentum = 0.0_wp
+      integer :: first, last, m, r
       do first = 1, cells%count, chunk
          if (layout%domain > 0) then
             call set_corners(corners, cells, first, column, layout, frame)
             call set_stress(load, corners%list, force)
             if (layout%section%is_round()) call take_hoop_force(corners%list%count, load%force)
-            do m = 1, corners%list%count
-               p = 1 + mod(m - 1, batch)
-               if (p == 1) call set_corner_weights(weights, corners, m, frame%per_cell)
-               call add_corners_load(load, weights, m, p, corners%place(:, m), tile)
+            call turn_force(load, corners, frame%per_cell)
+            do r = 1, corners%list%runs
+               m = corners%list%run_first(r)
+               do while (m < corners%list%run_first(r + 1))
+                  if (mod(m, batch) == 1) call set_corner_weights(weights, corners, m)
+                  last = batch_end(corners%list, r, m)
+                  associate (place => corners%list%run_place(:, r))
+                     call add_corners_force(load, weights, m, last, place(1), place(2), place(3), tile)
+                  end associate
+                  m = last + 1
+               end do
             end do
          else
             call set_stencil(stencil, cells, first, column, layout, frame)
@@ -82,17 +89,17 @@ contains
       type(corner_stencil_t) :: corners
       type(corner_weights_t) :: weights
       real(wp) :: slope(27, 3), own(27)
-      integer :: first, m, p, r
+      integer :: first, m, place(3, chunk), r
       do first = 1, cells%count, chunk
          if (layout%domain > 0) then
             call set_corners(corners, cells, first, column, layout, frame)
+            call set_places(corners%list, place)
             do m = 1, corners%list%count
-               p = 1 + mod(m - 1, batch)
-               if (p == 1) call set_corner_weights(weights, corners, m, frame%per_cell)
-               slope = weights%slope(p, :, :)
+               if (mod(m, batch) == 1) call set_corner_weights(weights, corners, m)
+               slope = corner_slopes(weights, corners, m, frame%per_cell)
                own = modulus(corners%list%member(m), :)
                if (layout%section%is_round()) call take_hoop_modulus(own)
-               call add_diagonal(slope, own, corners%place(:, m), tile)
+               call add_diagonal(slope, own, place(:, m), tile)
             end do
          else
             call set_stencil(stencil, cells, first, column, layout, frame)

@@ -8,7 +8,8 @@ module m_stencil
    use m_section_weights, only: set_plane, add_ring_slopes, within_axis
    implicit none
    private
-   public :: stencil_t, frame_t, set_stencil, list_chunk, fetch, bin_place, hat_weights, gimp_weights
+   public :: stencil_t, frame_t, set_stencil, list_chunk, fetch, bin_place, set_places, hat_weights, &
+             gimp_weights
 
    integer, parameter, public :: batch = 8    !< particles in one vector
    integer, parameter, public :: chunk = 64 !< particles handled together: their weights stay in the
@@ -168,6 +169,18 @@ contains
          stencil%run_place(:, r) = bin_place(bin(stencil%run_first(r)))
       end do
    end subroutine list_chunk
+
+   !> Of each particle of the chunk the lowest of the 27 nodes in the block's tile.
+   pure subroutine set_places(stencil, place)
+      type(stencil_t), intent(in) :: stencil
+      integer, intent(inout) :: place(3, chunk)
+      integer :: m, r
+      do r = 1, stencil%runs
+         do m = stencil%run_first(r), stencil%run_first(r + 1) - 1
+            place(:, m) = stencil%run_place(:, r)
+         end do
+      end do
+   end subroutine set_places
 
    !> One column of the chunk's particles.
    pure subroutine fetch(stencil, column, values)

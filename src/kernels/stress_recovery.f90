@@ -8,8 +8,9 @@ module m_stress_recovery
    use m_node_values, only: node_values, tile_last
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
-   use m_stencil, only: stencil_t, frame_t, batch, chunk, set_stencil
-   use m_corner_stencil, only: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights
+   use m_stencil, only: stencil_t, frame_t, batch, chunk, set_stencil, set_places
+   use m_corner_stencil, only: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights, &
+                               corner_slopes
    implicit none
    private
    public :: give_stress, take_stress, make_means
@@ -167,13 +168,14 @@ contains
          call set_corners(shares%corners, cells, first, column, layout, frame)
          shares%count = shares%corners%list%count
          shares%member = shares%corners%list%member
-         shares%place = shares%corners%place
+         call set_places(shares%corners%list, shares%place)
          do m = 1, shares%count
             n = 1 + mod(m - 1, batch)
-            if (n == 1) call set_corner_weights(shares%weights, shares%corners, m, frame%per_cell)
+            if (n == 1) call set_corner_weights(shares%weights, shares%corners, m)
             shares%offset(:, m) = shares%corners%list%offset(m, :)
             shares%share(:, m) = shares%weights%weight(n, :)
-            shares%slope(:, :, m) = transpose(shares%weights%slope(n, :, :))
+            shares%slope(:, :, m) = transpose(corner_slopes(shares%weights, shares%corners, m, &
+                                                             frame%per_cell))
          end do
          if (layout%section%is_flat()) shares%slope(2, :, :shares%count) = 0.0_wp ! no place lies across it
          return

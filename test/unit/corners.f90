@@ -8,7 +8,8 @@ program corners
    use m_cell_list, only: cell_list_t
    use m_stencil, only: frame_t, batch, chunk, gimp_weights
    use m_locate, only: bin_of
-   use m_corner_stencil, only: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights
+   use m_corner_stencil, only: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights, &
+                               corner_slopes
    use m_half_edges, only: fitted_edges
    use m_face_weights, only: find_face
    use m_p2g_corners, only: p2g_corners, add_corners_body_force
@@ -156,7 +157,8 @@ contains
    subroutine weights()
       type(corner_stencil_t) :: domains
       type(corner_weights_t) :: own
-      real(wp) :: weight, slope(3), x(3), off(6), sums(3, 3), unit(3, 3), total, center(3), turn(3)
+      real(wp) :: weight, slope(3), slopes(27, 3), x(3), off(6), sums(3, 3), unit(3, 3), total, center(3), &
+                  turn(3)
       integer :: first, m, p, particle, place(3), node
       off = 0.0_wp
       unit = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
@@ -164,7 +166,8 @@ contains
          call set_corners(domains, cells, first, column, layout, frame)
          do m = 1, domains%list%count
             p = 1 + mod(m - 1, batch)
-            if (p == 1) call set_corner_weights(own, domains, m, frame%per_cell)
+            if (p == 1) call set_corner_weights(own, domains, m)
+            slopes = corner_slopes(own, domains, m, frame%per_cell)
             particle = domains%list%member(m)
             place = nint((of(particle, layout%position, 3) - frame%origin)*frame%per_cell) ! the nearest node
             total = 0.0_wp
@@ -176,11 +179,11 @@ contains
                    *frame%cell
                call plain_corner_weights(particle, x, weight, slope)
                call keep_worst(off(1), own%weight(p, node) - weight)
-               call keep_worst(off(2), maxval(abs(own%slope(p, node, :) - slope))*frame%cell)
+               call keep_worst(off(2), maxval(abs(slopes(node, :) - slope))*frame%cell)
                total = total + own%weight(p, node)
                center = center + own%weight(p, node)*(x - of(particle, layout%position, 3))
-               turn = turn + own%slope(p, node, :)
-               sums = sums + spread(own%slope(p, node, :), 2, 3) &
+               turn = turn + slopes(node, :)
+               sums = sums + spread(slopes(node, :), 2, 3) &
                       *spread(x - of(particle, layout%position, 3), 1, 3)
                call keep_worst(off(6), min(0.0_wp, own%weight(p, node)))
             end do
@@ -205,7 +208,8 @@ contains
       type(corner_stencil_t) :: domains
       type(corner_weights_t) :: own
       type(cell_list_t) :: one
-      real(wp) :: line(1, size(column, 2)), r(3), l, gimp(-1:1), ends(-1:1, 3), slope(-1:1, 3), off(3), differ
+      real(wp) :: line(1, size(column, 2)), r(3), l, gimp(-1:1), ends(-1:1, 3), slope(-1:1, 3), off(3), &
+                  differ, slopes(27, 3)
       integer :: a, axis, i, j, k, round, node
       off = 0.0_wp
       differ = 0.0_wp
@@ -219,7 +223,8 @@ contains
          one%bin(1) = bin_of(line(1, layout%position:layout%position + 2), frame)
          call one%update_statistics(1)
          call set_corners(domains, one, 1, line, layout, frame)
-         call set_corner_weights(own, domains, 1, frame%per_cell)
+         call set_corner_weights(own, domains, 1)
+         slopes = corner_slopes(own, domains, 1, frame%per_cell)
          do axis = 1, 3
             call gimp_weights(r(axis), l, gimp(-1), gimp(0), gimp(1), slope(-1, axis), slope(1, axis))
             slope(0, axis) = -slope(-1, axis) - slope(1, axis)
@@ -231,8 +236,8 @@ contains
             j = mod((node - 1)/3, 3) - 1
             k = (node - 1)/9 - 1
             call keep_worst(off(1), own%weight(1, node) - ends(i, 1)*ends(j, 2)*ends(k, 3))
-            call keep_worst(off(2), own%slope(1, node, 1)*frame%cell - slope(i, 1)*ends(j, 2)*ends(k, 3))
-            call keep_worst(off(3), own%slope(1, node, 3)*frame%cell - ends(i, 1)*ends(j, 2)*slope(k, 3))
+            call keep_worst(off(2), slopes(node, 1)*frame%cell - slope(i, 1)*ends(j, 2)*ends(k, 3))
+            call keep_worst(off(3), slopes(node, 3)*frame%cell - ends(i, 1)*ends(j, 2)*slope(k, 3))
          end do
       end do
       call test%check_close(off, zero, 1.0e-13_wp, &
