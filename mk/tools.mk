@@ -1,6 +1,6 @@
 # Tools for users: drawing, hardness, studies, users' laws.
 
-.PHONY: demo plots hardness vumat error_bar paraview movie closeup pole_figure study solve report gallery benchmarks api
+.PHONY: demo plots hardness vumat error_bar paraview movie closeup pole_figure study solve identify report gallery benchmarks api
 
 ##@ Use (RUN=out/cone: the directory of a run; the same: gimp3d-post COMMAND RUN)
 ## demo         from nothing: set up, build, press a sphere, draw the results
@@ -106,6 +106,15 @@ solve:
 	@$(mpi) $(post) solve --error $(ERROR) $(QUANTITY:%=--quantity %) $(BUDGET:%=--budget %) \
 	   $(if $(filter-out 0,$(HALF_SPACE)),--half-space) \
 	   $(if $(filter file,$(origin RANKS)),,--ranks $(RANKS)) $(SOLVE_OPTIONS) $(SCENE)
+
+## identify     DATA=curve.csv TIP=berkovich: the material (identification.md)
+# DATA=curve.csv TIP=berkovich: E*, yield stress, exponent with intervals (doc/user/identification.md); IDENTIFY="..."
+# more words, as a second DATA and TIP; CORES runs at once
+identify:
+	@[ -n "$(DATA)$(IDENTIFY)" ] || { echo 'Say which curve: make identify DATA=curve.csv TIP=berkovich'; exit 2; }
+	$(look)
+	@$(MAKE) --no-print-directory $(jobs) gimp3d
+	@$(mpi) $(post) identify $(DATA:%=DATA=%) $(TIP:%=TIP=%) $(CORES:%=CORES=%) $(IDENTIFY)
 
 ## report       RUN: one page about it, report.html (report.md)
 # RUN=directory: one page about a run, complete in itself: RUN/report.html (doc/user/report.md);

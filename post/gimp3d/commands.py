@@ -12,6 +12,7 @@ COMMANDS = {
     "report": "one page about a run, complete in itself",
     "hardness": "hardness, modulus, pile-up of an indentation",
     "error_bar": "error bars of hardness and modulus, from several runs",
+    "identify": "from measured load-depth curves to the material, with intervals",
     "study": "what the accuracy of a scene costs",
     "solve": "the cheapest settings of a scene that have an error",
     "paraview": "the scene of a run for ParaView, and a picture of it",

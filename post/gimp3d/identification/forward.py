@@ -1,0 +1,197 @@
+"""The forward model: the axisymmetric scene of a tip in a hardening metal, and what is kept of its run.
+
+Under a sharp cone load over depth squared and the unloading over the largest depth depend on E/sigma_y, the
+exponent and Poisson's ratio alone, so that a scene has one modulus, one density and one depth, and serves
+every experiment. Rounded tips and spheres have the depth over the radius besides.
+
+The load of a tool that stops falls by some per cent before it is drawn back (doc/notebook/load_at_a_stop.md).
+The load in motion is the right one, and so is the stiffness. What comes back is elastic: it is taken over the
+load at rest, and is as much larger as the load in motion is."""
+
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+
+from .laws import material_words, power_law
+from .tips import Tip
+
+YOUNG, DENSITY, DEPTH = 1e11, 1e4, 1e-6  # of every scene: Pa, kg/m3, m
+REPRESENTATIVE = 0.033  # plastic strain, that of a cone of 70.3 degrees (Dao et al. 2001)
+SLOWEST, FASTEST = 0.0014, 0.006  # speeds of the tool over that of pressure waves
+BINS = 60  # of the loading, and of the unloading, that are kept
+LOADING = (0.45, 1.0)  # shares of the depth that C is taken from
+UNLOADING = (0.05, 0.95)  # shares of the load that the unloading is taken from
+
+
+@dataclass(frozen=True)
+class Numerics:
+    """cells: finest cells to the largest depth; fine: of them, across the finest level; levels: beyond the
+    finest cells; speed: of the tool, over the flow stress over rho c; back: of the way back over the
+    way that waves go meanwhile."""
+
+    cells: float = 2.0
+    fine: int = 12
+    levels: int = 2
+    speed: float = 0.7
+    back: float = 0.004
+    flip: float = 0.97
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scene: a tip (its radius over the largest depth), the material, the numerics."""
+
+    tip: Tip
+    ratio: float  # E over yield stress
+    exponent: float
+    poisson: float = 0.3
+    numerics: Numerics = Numerics()
+
+    @property
+    def flow_ratio(self):
+        """E over the stress at the representative strain."""
+        return self.ratio / float(power_law(self.ratio, 1.0, self.exponent, REPRESENTATIVE))
+
+    def with_numerics(self, **changes):
+        return replace(self, numerics=replace(self.numerics, **changes))
+
+    def record(self):
+        return asdict(self)
+
+
+def case_of(record):
+    """The Case of a record (Case.record)."""
+    return Case(
+        Tip(**record["tip"]),
+        record["ratio"],
+        record["exponent"],
+        record["poisson"],
+        Numerics(**record["numerics"]),
+    )
+
+
+def recovery(case):
+    """What comes back over the depth, about: how far the tool has to be drawn back."""
+    slope = np.tan(np.radians(case.tip.half_angle or 75.0)) / np.tan(np.radians(70.3))
+    return min(0.62, 14.0 / case.flow_ratio**0.97 / slope + 0.02)
+
+
+def motion(case):
+    """Times (s), speeds (m/s) of the tool and the end of the scene."""
+    c = np.sqrt(YOUNG * (1 - case.poisson) / (1 + case.poisson) / (1 - 2 * case.poisson) / DENSITY)
+    numerics = case.numerics
+    share = numerics.speed / Numerics.speed
+    speed = min(max(numerics.speed / case.flow_ratio, SLOWEST * share), FASTEST * share) * c
+    way = 1.25 * recovery(case) * DEPTH
+    back = numerics.back * 1.25 * recovery(case) * c
+    unit = DEPTH / speed
+    times = np.cumsum([0.0, 0.05 * unit, 0.9 * unit, 0.15 * unit, 0.05 * unit, 0.1 * way / back])
+    return times, [0.0, speed, speed, 0.0, 0.0, -back], float(times[-1] + way / back)
+
+
+def listed(values):
+    return ",".join(f"{value:.9g}" for value in values)
+
+
+def scene_text(case, directory="out"):
+    """The scene of a case."""
+    numerics, poisson = case.numerics, case.poisson
+    finest = DEPTH / numerics.cells
+    coarse = finest * 2**numerics.levels
+    size = numerics.fine * coarse
+    outer = size + 4 * coarse
+    boxes = []
+    for level in range(numerics.levels):
+        cell = finest * 2 ** (numerics.levels - 1 - level)
+        span = numerics.fine * cell
+        boxes.append(
+            f"&level    lower=0,0,{size - span:.12g}, "
+            f"upper={span:.12g},{coarse:.12g},{size + 4 * cell:.12g} /"
+        )
+    times, speeds, end = motion(case)
+    lines = [
+        f"&scene    title='{case.tip.kind}, E/Y={case.ratio:.6g}, n={case.exponent:.6g}', "
+        f"end_time={end:.9g} /",
+        f"&grid     geometry='axisymmetric', lower=0,0,0, upper={outer:.12g},{coarse:.12g},{outer:.12g},",
+        f"          cell_size={coarse:.12g}, "
+        "boundary='symmetry','free','symmetry','symmetry','roller','free' /",
+        f"&time     flip_fraction={numerics.flip:g} /",
+        *boxes,
+        f"&material name='metal', model='j2', density={DENSITY:g}, young={YOUNG:g}, poisson={poisson:g},",
+        f"          {material_words(YOUNG, YOUNG / case.ratio, case.exponent)} /",
+        "&body     material='metal', shape='box', lower=0,0,0, "
+        f"upper={size:.12g},{coarse:.12g},{size:.12g} /",
+        f"&tool     name='tip', {case.tip.scene_words(DEPTH)}, tip=0,0,{size:.12g},",
+        f"          times={listed(times)}, speeds={listed(speeds)} /",
+        f"&output   directory='{directory}', fields='none', history_every={end / 600:.9g} /",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def binned(x, y, edges):
+    """Means of y over x within the edges (m), where there are rows."""
+    number = np.digitize(x, edges) - 1
+    inside = (number >= 0) & (number < len(edges) - 1)
+    count = np.bincount(number[inside], minlength=len(edges) - 1)
+    sums = [np.bincount(number[inside], weights=v[inside], minlength=len(edges) - 1) for v in (x, y)]
+    some = count > 0
+    return sums[0][some] / count[some], sums[1][some] / count[some]
+
+
+def reduced(depth, load, time, case):
+    """What is kept of a run, over E h^2 and the largest depth: rows of the loading, the load at rest, rows of
+    the unloading. Depths in m, loads of the full body in N."""
+    times, _, _ = motion(case)
+    top = float(np.max(depth))
+    h, p = np.asarray(depth) / top, np.asarray(load) / (YOUNG * top**2)
+    moving, back = np.asarray(time) <= times[3], np.asarray(time) > times[4]
+    resting = (np.asarray(time) > 0.5 * (times[3] + times[4])) & ~back
+    going_back = np.flatnonzero(back)
+    loose = np.flatnonzero(p[back] <= 0)
+    going_back = going_back[: loose[0]] if loose.size else going_back
+    at_rest = float(np.mean(p[resting])) if np.any(resting) else float(p[going_back[0]])
+    h_in, p_in = binned(h[moving], p[moving], np.linspace(0, 1 + 1e-9, BINS + 1))
+    least = h[going_back].min() if going_back.size else 1.0
+    h_out, p_out = binned(h[going_back], p[going_back], np.linspace(least, 1 + 1e-9, BINS + 1))
+    digits = lambda values: [float(f"{value:.6g}") for value in values]
+    return {
+        "loading_depth": digits(h_in),
+        "loading_load": digits(p_in),
+        "load_at_rest": float(f"{at_rest:.6g}"),
+        "unloading_depth": digits(h_out),
+        "unloading_load": digits(p_out),
+    }
+
+
+def curvature(kept, low=LOADING[0], high=LOADING[1]):
+    """C over E, from the work between two shares of the depth."""
+    h, p = np.array(kept["loading_depth"]), np.array(kept["loading_load"])
+    rows = (h >= low) & (h <= high)
+    h, p = h[rows], p[rows]
+    return float(p @ np.ones(p.size) / (h**2 @ np.ones(h.size)))
+
+
+def unloading_law(kept):
+    """delta0 and 1/m of delta(s) = delta0 (1 - s^(1/m)): what has come back, over the largest depth, at a
+    share s of the largest load; of a load in motion, as the module says."""
+    from scipy.optimize import least_squares
+
+    h, p = np.array(kept["unloading_depth"]), np.array(kept["unloading_load"])
+    top, rest = curvature(kept, 0.7), kept["load_at_rest"]
+    share = p / rest
+    rows = (share > UNLOADING[0]) & (share < UNLOADING[1])
+    back, share = (1 - h[rows]) * top / rest, share[rows]
+    found = least_squares(
+        lambda x: x[0] * (1 - share ** x[1]) - back, [back.max(), 0.7], bounds=([1e-4, 0.3], [1.5, 1.0])
+    )
+    return float(found.x[0]), float(found.x[1])
+
+
+def mean_recovery(recovered, inverse):
+    """The mean of delta over the shares of the load: work that comes back over load times depth."""
+    return recovered * inverse / (1 + inverse)
+
+
+def full_recovery(mean, inverse):
+    """delta0 of that mean."""
+    return mean * (1 + inverse) / inverse

@@ -1,0 +1,192 @@
+"""The page of an identification: curve and fit, parameters, stress over strain, what is determined, how good
+the model is, how to repeat it."""
+
+import numpy as np
+
+from .. import report_page as html
+from ..report_pictures import picture, plt
+from . import forward, words
+from .fit import LEVEL, STRAINS
+
+SHOWN = 300  # draws behind a band
+NAMES = ("E* [GPa]", "yield stress [MPa]", "exponent")
+SCALES = (1e-9, 1e-6, 1.0)
+
+
+def style(axes, x, y):
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    axes.grid(color="0.9")
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+
+
+def model_curve(features, depth):
+    """Depth (m) and load (N) of a conical curve to a depth from ln C, ln recovery, 1/m."""
+    h = np.linspace(0, depth, 80)
+    load = np.exp(features[0]) * h**2
+    share = np.linspace(1, 0, 60)
+    recovered = forward.full_recovery(np.exp(features[1]), features[2])
+    back = depth * (1 - recovered * (1 - share ** features[2]))
+    return np.concatenate([h, back]), np.concatenate([load, load[-1] * share])
+
+
+def curve_picture(problem, answer):
+    """Measured curves and the fit with its band, a panel a tip; of derived numbers the fitted curve alone."""
+    count = len(problem.observed)
+    figure, axes = plt.subplots(1, count, figsize=(5.2 * count, 4.0), layout="constrained", squeeze=False)
+    p = np.array([np.log(answer.best[0]), np.log(answer.best[1]), answer.best[2]])
+    rng = np.random.default_rng(1)
+    some = answer.draws[rng.choice(len(answer.draws), SHOWN, p=answer.weights)]
+    for number, (one, ax) in enumerate(zip(problem.observed, axes[0])):
+        depth = one.depth or 1e-6
+        curves = [model_curve(f, depth) for f in problem.features(number, some)]
+        loads = np.array([load for _, load in curves])
+        depths = np.array([h for h, _ in curves])
+        edge = [5, 95]
+        ax.fill_betweenx(
+            1e3 * np.median(loads[:, 80:], axis=0), *(1e9 * np.percentile(depths[:, 80:], edge, axis=0)),
+            color="#0b62b8", alpha=0.25, lw=0,
+        )  # fmt: skip
+        ax.fill_between(
+            1e9 * depths[0, :80], *(1e3 * np.percentile(loads[:, :80], edge, axis=0)),
+            color="#0b62b8", alpha=0.25, lw=0,
+        )  # fmt: skip
+        for _, h, load, _ in one.rows:
+            ax.plot(1e9 * h, 1e3 * load, ".", color="0.35", ms=2, label="measured")
+        h, load = model_curve(problem.features(number, p), depth)
+        ax.plot(1e9 * h, 1e3 * load, color="#d0530a", lw=1.2, label="fit")
+        ax.set_title(one.tip.title, fontsize=10)
+        style(ax, "depth [nm]", "load [mN]")
+        handles = dict(zip(*reversed(ax.get_legend_handles_labels())))
+        ax.legend(handles.values(), handles.keys(), frameon=False, loc="upper left")
+    return picture(
+        figure, "curve", "load over depth", "Load over depth: measured, fit, and the fit's 90 % band."
+    )
+
+
+def corner_picture(answer):
+    """Each parameter's marginal and each pair's cloud."""
+    values = np.stack([np.exp(answer.draws[:, 0]), np.exp(answer.draws[:, 1]), answer.draws[:, 2]], axis=1)
+    values = values * np.array(SCALES)
+    rng = np.random.default_rng(2)
+    some = values[rng.choice(len(values), 3000, p=answer.weights)]
+    figure, axes = plt.subplots(3, 3, figsize=(7.4, 6.6), layout="constrained")
+    for i in range(3):
+        for j in range(3):
+            ax = axes[i, j]
+            if j > i:
+                ax.axis("off")
+            elif i == j:
+                ax.hist(values[:, i], bins=40, weights=answer.weights, color="#4c86c6")
+                ax.set_yticks([])
+                style(ax, NAMES[i], "")
+            else:
+                ax.plot(some[:, j], some[:, i], ".", ms=1.5, alpha=0.3, color="#0b62b8")
+                style(ax, NAMES[j], NAMES[i])
+    return picture(
+        figure, "corner", "corner plot", "The parameters: each alone, and pairs of them (3000 draws)."
+    )
+
+
+def strain_picture(answer):
+    """Stress over plastic strain with its band."""
+    low, middle, high = (np.array([row[k] for row in answer.band]) for k in range(3))
+    figure, ax = plt.subplots(figsize=(6.2, 4.0), layout="constrained")
+    ax.fill_between(100 * STRAINS, 1e-6 * low, 1e-6 * high, color="#0b62b8", alpha=0.25, lw=0)
+    ax.plot(100 * STRAINS, 1e-6 * middle, color="#0b62b8")
+    ax.axvline(100 * answer.strain, color="0.6", lw=0.8, ls="--")
+    style(ax, "plastic strain [%]", "stress [MPa]")
+    return picture(
+        figure, "stress", "stress over plastic strain",
+        f"Stress over plastic strain with its {100 * LEVEL:.0f} % band; broken line: where it is known best.",
+    )  # fmt: skip
+
+
+def shown_interval(interval, scale, unit):
+    low, middle, high = (scale * value for value in interval)
+    return f"{middle:.4g} {unit}".strip(), f"{low:.4g} to {high:.4g} {unit}".strip()
+
+
+def parameter_rows(answer, poisson, tip_compliance):
+    young = [(1 - poisson**2) / (1 / value - tip_compliance) for value in answer.intervals["modulus"]]
+    rows = [
+        ("E*", *shown_interval(answer.intervals["modulus"], 1e-9, "GPa")),
+        (f"E (Poisson's ratio {poisson:g})", *shown_interval(young, 1e-9, "GPa")),
+        ("yield stress", *shown_interval(answer.intervals["yield_stress"], 1e-6, "MPa")),
+        ("hardening exponent", *shown_interval(answer.intervals["exponent"], 1.0, "")),
+        ("stress at 3.3 % plastic strain", *shown_interval(answer.intervals["stress_0.033"], 1e-6, "MPa")),
+        (
+            f"stress at {100 * answer.strain:.2g} % plastic strain, known best",
+            *shown_interval(answer.intervals["stress_best"], 1e-6, "MPa"),
+        ),
+    ]
+    return rows
+
+
+def write(path, job, problem, answer, said, repeat):
+    """The page; `job` has title, poisson, tip_compliance, notes."""
+    yielding = "determined" if words.determined(answer) else "not determined"
+    parts = [
+        html.tag("header", html.tag("h1", job.title), html.tag("p", *[html.badge(
+            f"yield stress {yielding}", "good" if yielding == "determined" else "look")])),
+        html.tag(
+            "main",
+            html.section("answer", "The material", html.table(
+                f"Medians and {100 * LEVEL:.0f} % intervals", ["", "value", "interval"],
+                parameter_rows(answer, job.poisson, job.tip_compliance)),
+                *(html.tag("p", sentence) for sentence in said)),
+            html.section("fit", "Curve and fit", html.image(curve_picture(problem, answer))),
+            html.section("strain", "Stress over strain", html.image(strain_picture(answer))),
+            html.section("parameters", "The parameters together", html.image(corner_picture(answer))),
+            html.section("determined", "What is determined and what is not", directions_table(answer)),
+            html.section("model", "How good the model is", model_table(problem, answer),
+                         *(html.tag("p", note) for note in job.notes)),
+            html.section("repeat", "How to repeat it", html.tag("pre", repeat)),
+        ),
+    ]  # fmt: skip
+    path.write_text(html.whole(job.title, html.join(parts)))
+
+
+def directions_table(answer):
+    rows = []
+    for one in words.directions(answer):
+        known = "determined" if one.sigma <= words.DIRECTIONS else "not determined"
+        rows.append((words.describe(one), f"{1 / one.sigma:.3g}", words.percent(one.sigma), known))
+    return html.table(
+        "Directions of E*, yield stress and exponent by the singular values of their whitened sensitivities",
+        ["direction", "singular value", "one sigma along it", ""],
+        rows,
+    )
+
+
+def model_table(problem, answer):
+    rows = []
+    for name, words_ in (
+        ("data", "the data's noise"),
+        ("polynomials", "scatter of the runs about the polynomials"),
+        ("cells", "cells and speed"),
+        ("pyramid", "a cone in place of a pyramid"),
+    ):
+        if name in answer.parts:
+            part = answer.parts[name]
+            rows.append((words_, words.percent(part[0]), words.percent(part[1]), f"{part[2]:.2g}"))
+    table = html.table(
+        "One sigma of E*, yield stress and exponent, by what it comes from",
+        ["from", "E*", "yield stress", "exponent"], rows,
+    )  # fmt: skip
+    lines = [
+        (model.tip.title, str(len(model.cases)), *(f"{fit.scatter:.2g}" for fit in model.fits),
+         *(f"{value:.2g}" for value in model.shared))
+        for model in problem.surrogates
+    ]  # fmt: skip
+    return html.join(
+        [
+            table,
+            html.table(
+                "The forward model: runs, scatter about the polynomials, what cells and speed may change",
+                ["tip", "runs", "ln C", "ln recovery", "1/m", "ln C, cells", "recovery, cells", "1/m, cells"],
+                lines,
+            ),
+        ]
+    )
