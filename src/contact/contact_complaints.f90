@@ -42,14 +42,16 @@ contains
       type(level_t), intent(in) :: level
       integer, intent(in) :: b
       integer, intent(out) :: particle, tool
-      real(wp) :: gap, normal(3)
+      real(wp) :: gap, limit, normal(3)
       associate (column => level%blocks(b)%particles%column, x => level%layout%position)
          do tool = 1, size(tools)
             if (.not. near_tool(tools(tool), level, level%blocks(b))) cycle
+            limit = tools(tool)%spec%penetration_factor*thickest(level)
             do particle = 1, level%blocks(b)%particles%count
-               call tools(tool)%gap_and_normal(column(particle, x:x + 2), gap, normal)
                ! hardly any particle is so near that its own thickness must be found
-               if (.not. gap < tools(tool)%spec%penetration_factor*thickest(level)) cycle
+               call tools(tool)%gap_within(column(particle, x:x + 2), limit, gap, normal)
+               if (.not. gap < limit) cycle
+               if (gap <= -limit) return
                if (gap < tools(tool)%spec%penetration_factor*level%thickness(column(particle, :), &
                      normal)) return
             end do

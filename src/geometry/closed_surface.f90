@@ -37,6 +37,7 @@ module m_closed_surface
       procedure :: min_distance
       procedure :: max_distance
       procedure :: megabytes
+      procedure, private :: bound
       procedure, private :: cell_of
       procedure, private :: judge
    end type closed_surface_t
@@ -104,28 +105,59 @@ contains
       real(wp), intent(in) :: place(3), limit !< m
       real(wp), intent(out) :: distance, normal(3)
       type(foot_t) :: foot
+      real(wp) :: least, most
       integer :: at(3)
-      real(wp) :: off
       normal = 0.0_wp
-      distance = self%min_distance(place)
-      if (distance >= limit) return
-      at = self%cell_of(place)
-      off = norm2(place - (self%from + (at - 0.5_wp)*self%edge))
-      associate (cell => self%cell(at(1), at(2), at(3)))
-         distance = cell%most + off
-         if (distance <= -limit) return
+      call self%bound(place, least, most)
+      if (least >= limit) then
+         distance = least
+      else if (most <= -limit) then
+         distance = most
+      else
+         at = self%cell_of(place)
          foot%squared = limit**2
-         call self%tree%look_at(cell%guess, place, foot)
+         call self%tree%look_at(self%cell(at(1), at(2), at(3))%guess, place, foot)
          call self%tree%nearest(place, foot)
          if (foot%place > 0) then
             call self%judge(foot, distance, normal)
-         else if (off <= limit) then ! no surface on the way to the cell's middle, whose side is known
-            distance = sign(limit, cell%least)
+         else if (least > -limit) then ! at least `limit` away, and not that far inside
+            distance = limit
+         else if (most < limit) then
+            distance = -limit
          else
             call self%distance_and_normal(place, distance, normal)
          end if
-      end associate
+      end if
    end subroutine distance_within
+
+   !> The signed distance of a place lies between these, m, without a search: it changes by no more than the
+   !> way from the middles of the eight cells around.
+   pure subroutine bound(self, place, least, most)
+      class(closed_surface_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      real(wp), intent(out) :: least, most
+      real(wp) :: low(3), off(3), way(0:1, 3)
+      integer :: at(3), i, j, k
+      at = int(max(1.0_wp, min((place - self%from)*self%per_edge + 0.5_wp, self%cells - 0.5_wp)))
+      low = place - (self%from + (at - 0.5_wp)*self%edge)
+      way(0, :) = low**2
+      way(1, :) = (low - self%edge)**2
+      least = -huge(least)
+      most = huge(most)
+      do k = 0, 1
+         do j = 0, 1
+            do i = 0, 1
+               associate (cell => self%cell(at(1) + i, at(2) + j, at(3) + k), &
+                          to_middle => sqrt(way(i, 1) + way(j, 2) + way(k, 3)))
+                  least = max(least, cell%least - to_middle)
+                  most = min(most, cell%most + to_middle)
+               end associate
+            end do
+         end do
+      end do
+      off = max(self%lower - place, place - self%upper, 0.0_wp)
+      if (any(off > 0.0_wp)) least = max(least, sqrt(dot_product(off, off)))
+   end subroutine bound
 
    !> Side and normal of the nearest point: by the normal of what it lies on, a face, an edge or a corner.
    pure subroutine judge(self, foot, distance, normal)
@@ -166,24 +198,16 @@ contains
    pure real(wp) function min_distance(self, place)
       class(closed_surface_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
-      real(wp) :: off(3)
-      integer :: cell(3)
-      cell = self%cell_of(place)
-      off = place - (self%from + (cell - 0.5_wp)*self%edge)
-      min_distance = self%cell(cell(1), cell(2), cell(3))%least - sqrt(dot_product(off, off))
-      off = max(self%lower - place, place - self%upper, 0.0_wp)
-      if (any(off > 0.0_wp)) min_distance = max(min_distance, sqrt(dot_product(off, off)))
+      real(wp) :: most
+      call self%bound(place, min_distance, most)
    end function min_distance
 
    !> The signed distance is not more, m: without a search.
    pure real(wp) function max_distance(self, place)
       class(closed_surface_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
-      real(wp) :: off(3)
-      integer :: cell(3)
-      cell = self%cell_of(place)
-      off = place - (self%from + (cell - 0.5_wp)*self%edge)
-      max_distance = self%cell(cell(1), cell(2), cell(3))%most + sqrt(dot_product(off, off))
+      real(wp) :: least
+      call self%bound(place, least, max_distance)
    end function max_distance
 
    !> Memory.
