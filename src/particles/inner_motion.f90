@@ -94,9 +94,9 @@ contains
       real(wp) :: twice, about_x, about_y, about_z, u1, u2, u3
       integer :: k, p
       twice = 0.0_wp; about_x = 0.0_wp; about_y = 0.0_wp; about_z = 0.0_wp
-      do k = 1, 7, 3
-         !$omp simd reduction(+: twice, about_x, about_y, about_z) private(u1, u2, u3)
-         do p = 1, count
+      !$omp simd reduction(+: twice, about_x, about_y, about_z) private(u1, u2, u3)
+      do p = 1, count
+         do k = 1, 7, 3
             u1 = m(p)*(l(p, 1)*r(p, k) + l(p, 4)*r(p, k + 1) + l(p, 7)*r(p, k + 2))
             u2 = m(p)*(l(p, 2)*r(p, k) + l(p, 5)*r(p, k + 1) + l(p, 8)*r(p, k + 2))
             u3 = m(p)*(l(p, 3)*r(p, k) + l(p, 6)*r(p, k + 1) + l(p, 9)*r(p, k + 2))
