@@ -178,20 +178,23 @@ contains
       logical, intent(out) :: lags
       real(wp) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       logical :: ahead(0:tile_last, 0:tile_last, 0:tile_last)
+      integer :: r(2)
       lags = .false.
       if (.not. model%levels(l)%layout%corrects_lag() &
           .or. model%levels(l)%blocks(b)%particles%count == 0) return
       if (.not. (model%composite(l)%has_edge(b) .or. model%composite(l + 1)%receives(b))) return
-      tile = 0.0_wp
+      r = model%levels(l)%grid%rows
+      tile(:, :, r(1):r(2), :) = 0.0_wp
       call model%composite(l)%set_constrained_lag(b, time_step, model%levels(l)%blocks(b)%cells%extent(), &
                                                   tile)
       call model%composite(l + 1)%add_parent_lag(b, tile)
       associate (level => model%levels(l), block => model%levels(l)%blocks(b))
          call apply_boundary(level%grid, block%place, tile)
-         ahead = abs(tile(v_x, :, :, :)) + abs(tile(v_x + 1, :, :, :)) + abs(tile(v_z, :, :, :)) > 0.0_wp
-         lags = any(ahead)
+         ahead(:, r(1):r(2), :) = abs(tile(v_x, :, r(1):r(2), :)) + abs(tile(v_x + 1, :, r(1):r(2), :)) &
+                                  + abs(tile(v_z, :, r(1):r(2), :)) > 0.0_wp
+         lags = any(ahead(:, r(1):r(2), :))
          if (.not. lags) return
-         call level%at_edge%take_bins(block%cells, bins_at(ahead))
+         call level%at_edge%take_bins(block%cells, bins_at(ahead, r))
          call g2p(level%at_edge, tile, level%layout, frame_of(level, block), still(model, l), &
                                  block%particles%column, level%lag)
       end associate

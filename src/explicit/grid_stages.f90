@@ -80,7 +80,7 @@ contains
             call level%widen_extent(b, whole)
          end if
          if (block%has_resting_mass()) then
-            level%nodes(mass_, :, :, :, b) = block%resting_mass
+            call block%lay_resting_mass(level%grid%rows, level%nodes(:, :, :, :, b))
          else if (block%deposited < n) then
             call block%cells%go_through(block%deposited + 1, n)
             call p2g(block%cells, block%particles%column, level%layout, frame_of(level, block), &

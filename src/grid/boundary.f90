@@ -39,8 +39,8 @@ contains
             if (grid%boundary(side, axis) /= boundary_symmetry) cycle
             plane = grid%plane(place, side, axis)
             if (plane < 1 .or. plane > last - 1) cycle
-            do v = 0, last
-               do u = 0, last
+            do v = first_v(grid, axis), last_v(grid, axis)
+               do u = first_u(grid, axis), last_u(grid, axis)
                   out = row_node(axis, plane + outward(side), u, v)
                   in = row_node(axis, plane - outward(side), u, v)
                   tile(:, in(1), in(2), in(3)) = tile(:, in(1), in(2), in(3)) &
@@ -65,8 +65,8 @@ contains
             plane = grid%plane(place, side, axis)
             if (plane < 0) cycle
             has_outside = plane + outward(side) >= 0 .and. plane + outward(side) <= last
-            do v = 0, last
-               do u = 0, last
+            do v = first_v(grid, axis), last_v(grid, axis)
+               do u = first_u(grid, axis), last_u(grid, axis)
                   on = row_node(axis, plane, u, v)
                   call hold(grid%boundary(side, axis), axis, tile(:, on(1), on(2), on(3)))
                   if (.not. has_outside) cycle
@@ -109,8 +109,8 @@ contains
             if (grid%boundary(side, axis) /= boundary_symmetry) cycle
             plane = grid%plane(place, side, axis)
             if (plane < 0) cycle
-            do v = 0, last
-               do u = 0, last
+            do v = first_v(grid, axis), last_v(grid, axis)
+               do u = first_u(grid, axis), last_u(grid, axis)
                   on = row_node(axis, plane, u, v)
                   tile(:, on(1), on(2), on(3)) = 0.5_wp*(1.0_wp + parity(:, axis)) &
                      *tile(:, on(1), on(2), on(3))
@@ -123,6 +123,31 @@ contains
          end do
       end do
    end subroutine mirror_means
+
+   !> Which (u, v) of `row_node` there are: of a section's tile one row along y.
+   pure integer function first_u(grid, axis)
+      type(grid_level_t), intent(in) :: grid
+      integer, intent(in) :: axis
+      first_u = merge(grid%rows(1), 0, axis == 1)
+   end function first_u
+
+   pure integer function last_u(grid, axis)
+      type(grid_level_t), intent(in) :: grid
+      integer, intent(in) :: axis
+      last_u = merge(grid%rows(2), last, axis == 1)
+   end function last_u
+
+   pure integer function first_v(grid, axis)
+      type(grid_level_t), intent(in) :: grid
+      integer, intent(in) :: axis
+      first_v = merge(grid%rows(1), 0, axis == 3)
+   end function first_v
+
+   pure integer function last_v(grid, axis)
+      type(grid_level_t), intent(in) :: grid
+      integer, intent(in) :: axis
+      last_v = merge(grid%rows(2), last, axis == 3)
+   end function last_v
 
    !> -1 on the lower side of an axis, 1 on the upper.
    pure integer function outward(side)

@@ -11,6 +11,7 @@ module m_grid_level
    use m_constants, only: block_size
    use m_scene, only: grid_spec_t, boundary_free
    use m_section, only: section_t
+   use m_node_values, only: tile_last, plane_row
    implicit none
    private
    public :: grid_level_t, make_grid_level
@@ -25,6 +26,7 @@ module m_grid_level
       integer :: fields = 1       !< velocity fields, numbered from 1
       integer :: boundary(2, 3)   !< condition on the lower and upper side of each axis
       type(section_t) :: section  !< that the scene is given by: nothing moves along y, no side acts there
+      integer :: rows(2) = [0, tile_last] !< first and last place along y in a node tile that anything reaches
    contains
       procedure :: nearest_node
       procedure :: block_of
@@ -55,7 +57,9 @@ contains
       grid%blocks = grid%cells/block_size + 1
       grid%boundary = reshape(spec%boundary, [2, 3])
       grid%section = spec%section
-      if (grid%section%is_flat()) grid%boundary(:, 2) = boundary_free
+      if (.not. grid%section%is_flat()) return
+      grid%boundary(:, 2) = boundary_free
+      grid%rows = plane_row
    end function make_grid_level
 
    !> Index of the node nearest to a place; the place must be finite and near the grid.

@@ -15,5 +15,6 @@ module m_node_values
    integer, parameter, public :: spare_ = 8      !< where levels meet: mass of the constrained nodes alone, kg
    integer, parameter, public :: tile_last = block_size + 1 !< last index of a block's node tile along each
                                                             !< axis, from 0
+   integer, parameter, public :: plane_row = 1 !< place along y of a section's plane in a tile
 
 end module m_node_values

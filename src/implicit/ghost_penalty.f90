@@ -139,7 +139,7 @@ contains
       end associate
       do b = 1, size(level%blocks)
          do k = 0, tile_last
-            do j = 0, tile_last
+            do j = level%grid%rows(1), level%grid%rows(2)
                do i = 0, tile_last
                   bare = .false.
                   if (self%filled(i, j, k, b)) bare = is_own_node(level, b, [i, j, k])
@@ -194,7 +194,7 @@ contains
          n = 0
          do b = 1, size(level%blocks)
             do k = 0, tile_last
-               do j = 0, tile_last
+               do j = level%grid%rows(1), level%grid%rows(2)
                   do i = 0, tile_last
                      do axis = 1, 3, merge(2, 1, level%grid%section%is_flat())
                         if (.not. is_own_node(level, b, [i, j, k], axis)) cycle

@@ -5,7 +5,7 @@ module m_static_edges
    use m_kinds, only: wp
    use m_node_values, only: node_values, tile_last, v_x, v_z, f_x, f_z
    use m_communicator, only: communicator_t
-   use m_edge, only: edge_t, prolong_motion, coarse_nodes, patch_last
+   use m_edge, only: edge_t, prolong_motion, coarse_nodes, add_patches, patch_last
    use m_composite, only: composite_t
    implicit none
    private
@@ -19,8 +19,10 @@ contains
       type(communicator_t), intent(in) :: communicator
       real(wp), intent(in), contiguous :: tiles(:, 0:, 0:, 0:, :)
       integer :: c
-      composite%down = 0.0_wp
-      composite%lag_velocity = 0.0_wp ! gradients are ahead of nothing here
+      associate (r => composite%rows)
+         composite%down(:, :, r(1):min(r(2), patch_last), :, :) = 0.0_wp
+         composite%lag_velocity(:, :, r(1):r(2), :, :) = 0.0_wp ! gradients are ahead of nothing here
+      end associate
       do c = 1, size(composite%by_index)
          associate (edge => composite%edges(composite%by_index(c)))
             call prolong_motion(edge, tiles(:, :, :, :, edge%parent), &
@@ -78,10 +80,10 @@ contains
       type(edge_t), intent(in) :: edge
       real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       logical, intent(in) :: diagonal
-      real(wp), intent(out), contiguous :: patch(:, 0:, 0:, 0:)
+      real(wp), intent(inout), contiguous :: patch(:, 0:, 0:, 0:)
       integer :: low(3), high(3), i, j, k, s
       real(wp) :: share, force(3)
-      patch = 0.0_wp
+      patch(:, :, edge%rows(1):edge%rows(2), :) = 0.0_wp
       do s = 1, size(edge%constrained, 2)
          if (edge%constrained(4, s) == 0) cycle
          associate (at => edge%constrained(:3, s))
@@ -103,15 +105,7 @@ contains
    pure subroutine take_up(composite, tiles)
       class(composite_t), intent(in) :: composite
       real(wp), intent(inout), contiguous :: tiles(:, 0:, 0:, 0:, :)
-      integer :: c, e
-      do c = 1, size(composite%by_index)
-         e = composite%by_index(c)
-         associate (a => composite%edges(e)%corner, z => composite%edges(e)%corner + patch_last, &
-                    b => composite%edges(e)%parent)
-            tiles(f_x:f_z, a(1):z(1), a(2):z(2), a(3):z(3), b) = composite%up(f_x:f_z, :, :, :, e) &
-               + tiles(f_x:f_z, a(1):z(1), a(2):z(2), a(3):z(3), b)
-         end associate
-      end do
+      call add_patches(composite%edges, composite%by_index, composite%up, tiles, f_x, f_x, 3)
    end subroutine take_up
 
 end module m_static_edges

@@ -23,6 +23,7 @@ module m_static_levels
    type :: static_level_t
       type(static_nodes_t) :: unknowns
       integer :: before = 0                          !< unknowns of the coarser levels, on this rank
+      integer :: rows(2) = 0                         !< of the level's grid
       type(trial_block_t), allocatable :: trial(:)   !< (own blocks)
       type(ghost_penalty_t) :: ghost
       real(wp), allocatable :: forces(:, :, :, :, :) !< tiles as the level's
@@ -56,6 +57,7 @@ contains
             if (.not. allocated(mine%trial)) allocate (mine%trial(size(level%blocks)))
             do b = 1, size(level%blocks)
                mine%trial(b)%parts = parts
+               mine%trial(b)%flat = level%grid%section%is_flat()
                call mine%trial(b)%fit(level%blocks(b)%particles%count, tangents=.true.)
                largest = max(largest, level%blocks(b)%particles%count)
             end do
@@ -64,6 +66,7 @@ contains
             end if
             if (.not. allocated(mine%forces)) allocate (mine%forces, mold=level%nodes)
             mine%forces = 0.0_wp
+            mine%rows = level%grid%rows
             call fit_cells(mine, model, l)
          end associate
       end do
@@ -127,7 +130,7 @@ contains
 
    pure subroutine clear_forces(self)
       class(static_level_t), intent(inout) :: self
-      self%forces(:, :, :, :, :size(self%trial)) = 0.0_wp
+      self%forces(:, :, self%rows(1):self%rows(2), :, :size(self%trial)) = 0.0_wp
    end subroutine clear_forces
 
    !> Collective: displacements of the unknowns onto all nodes of all levels, held, mirrored and hanging ones
@@ -139,7 +142,7 @@ contains
       integer :: b, l
       do l = 1, size(levels)
          associate (level => model%levels(l), mine => levels(l))
-            level%nodes(:, :, :, :, :size(level%blocks)) = 0.0_wp
+            level%nodes(:, :, level%grid%rows(1):level%grid%rows(2), :, :size(level%blocks)) = 0.0_wp
             call mine%unknowns%scatter(z(mine%first():mine%last()), v_x, level%nodes)
             call sum_up(model, l, level%nodes)
             if (l > 1) call set_hanging(model%composite(l), level%nodes)
@@ -160,8 +163,9 @@ contains
       integer :: l
       call spread(levels, model, values)
       do l = 1, size(levels)
-         associate (own => size(model%levels(l)%blocks))
-            levels(l)%forces(v_x:v_z, :, :, :, :own) = model%levels(l)%nodes(v_x:v_z, :, :, :, :own)
+         associate (own => size(model%levels(l)%blocks), r => model%levels(l)%grid%rows)
+            levels(l)%forces(v_x:v_z, :, r(1):r(2), :, :own) = &
+               model%levels(l)%nodes(v_x:v_z, :, r(1):r(2), :, :own)
          end associate
       end do
    end subroutine spread_aside

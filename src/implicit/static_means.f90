@@ -135,7 +135,7 @@ contains
          do b = 1, size(mine%trial)
             associate (particles => level%blocks(b)%particles, trial => mine%trial(b))
                call give_values(trial%cell, particles%column(:particles%count, level%layout%volume), &
-                                trial%value, mine%sums(:, :, :, :, b))
+                                trial%value, mine%rows, mine%sums(:, :, :, :, b))
             end associate
          end do
          call sum_up(model, l, mine%sums)

@@ -39,7 +39,7 @@ contains
          n = 0
          do b = 1, size(level%blocks)
             do k = 0, tile_last
-               do j = 0, tile_last
+               do j = level%grid%rows(1), level%grid%rows(2)
                   do i = 0, tile_last
                      if (.not. level%nodes(mass_, i, j, k, b) > 0.0_wp) cycle
                      if (.not. is_own_node(level, b, [i, j, k])) cycle

@@ -3,7 +3,7 @@
 module m_static_tiles
    use m_kinds, only: wp
    use m_timers
-   use m_node_values, only: mass_, v_x, a_x, a_z
+   use m_node_values, only: tile_last, mass_, v_x, a_x, a_z
    use m_level, only: level_t
    use m_boundary, only: fold_symmetry, motion_parity
    use m_node_exchange, only: sum_tiles
@@ -100,10 +100,16 @@ contains
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
       real(wp), intent(inout), contiguous :: tiles(:, 0:, 0:, 0:, :)
+      integer :: extent(2, 3, size(tiles, 5))
       associate (level => model%levels(l))
          call model%exchange(l)%start(tiles)
          call model%exchange(l)%wait(tiles)
-         call sum_tiles(level%blocks, level%interior_first, tiles)
+         if (level%grid%section%is_flat()) then
+            extent = spread(reshape([0, tile_last, level%grid%rows, 0, tile_last], [2, 3]), 3, size(tiles, 5))
+            call sum_tiles(level%blocks, level%interior_first, tiles, extent)
+         else
+            call sum_tiles(level%blocks, level%interior_first, tiles)
+         end if
       end associate
    end subroutine sum_up
 

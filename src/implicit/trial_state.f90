@@ -18,6 +18,7 @@ module m_trial_state
 
    !> Of one block's particles.
    type :: trial_block_t
+      logical :: flat = .false. !< of a section: nothing moves along y or changes along it, but for the hoop
       integer :: parts = 1 !< in which the laws take a step: material that creeps goes backward in time
       real(wp), allocatable :: gradient(:, :) !< (:, 9): A = du/dX, component ij at 3 (j-1) + i; that of a
                                               !< product's displacements, from its first product on
@@ -277,14 +278,15 @@ contains
    pure subroutine multiply(self, count)
       class(trial_block_t), intent(inout) :: self
       integer, intent(in) :: count
-      integer :: first, ij, kl, last, p
+      integer :: first, ij, kl, last, p, step
+      step = merge(2, 1, self%flat) ! what is even has an index 2, but 5, yy
       do first = 1, count, lanes
          last = min(first + lanes - 1, count)
          do ij = 1, 9
             self%acting(first:last, ij) = 0.0_wp
          end do
-         do kl = 1, 9
-            do ij = 1, 9
+         do kl = 1, 9, step
+            do ij = 1, 9, step
                !$omp simd
                do p = first, last
                   self%acting(p, ij) = self%acting(p, ij) &

@@ -4,6 +4,7 @@
 module m_cell_mean
    use m_kinds, only: wp, i4
    use m_constants, only: block_size
+   use m_node_values, only: plane_row
    use m_field_table, only: layout_t
    use m_stencil, only: frame_t
    implicit none
@@ -27,10 +28,16 @@ contains
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
       real(wp), intent(in), contiguous :: gradient(:, :) !< (:, 9), 1/s
-      real(wp), intent(out) :: tile(values, 0:places - 1)
+      real(wp), intent(inout) :: tile(values, 0:places - 1)
       integer(i4), intent(in), optional :: standing(0:places - 1) !< as in a cell_list_t
-      integer :: place(chunk), first, last, p, s
-      tile = 0.0_wp
+      integer :: place(chunk), first, k, last, p, s
+      if (layout%section%is_flat()) then ! one layer of cells
+         do k = plane_row*width, places - 1, width**2
+            tile(:, k:k + width - 1) = 0.0_wp
+         end do
+      else
+         tile = 0.0_wp
+      end if
       s = layout%stress
       do first = 1, count, chunk
          last = min(first + chunk - 1, count)
@@ -93,12 +100,15 @@ contains
    end subroutine cells_of
 
    !> The sums over a block's particles of volume and of volume times a value, on its own tile.
-   pure subroutine give_values(place, volume, value, tile)
+   pure subroutine give_values(place, volume, value, rows, tile)
       integer, intent(in) :: place(:)                !< as of cells_of
+      integer, intent(in) :: rows(2) !< first and last place along y that is in use
       real(wp), intent(in) :: volume(:), value(:)    !< m3; any unit
       real(wp), intent(inout) :: tile(values, 0:places - 1)
-      integer :: p
-      tile(:2, :) = 0.0_wp
+      integer :: k, p
+      do k = 0, places - 1, width**2
+         tile(:2, k + width*rows(1):k + width*rows(2) + width - 1) = 0.0_wp
+      end do
       do p = 1, size(place)
          tile(1, place(p)) = tile(1, place(p)) + volume(p)
          tile(2, place(p)) = tile(2, place(p)) + volume(p)*value(p)

@@ -4,7 +4,6 @@ module m_corner_stencil
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
    use m_stencil, only: stencil_t, frame_t, batch, chunk, list_chunk, fetch
-   use m_section, only: section_t
    use m_section_weights, only: within_axis
    implicit none
    private
@@ -17,7 +16,7 @@ module m_corner_stencil
       real(wp) :: half_edge(chunk + batch, 9) !< component i of edge k at 3 (k-1) + i, no longer than the
                                               !< nodes extent
       real(wp) :: inverse(chunk + batch, 9)   !< inverse of their matrix: component i of row k at 3 (k-1) + i
-      type(section_t) :: section              !< that they stand on
+      logical :: flat, round                  !< they stand on a section, of a body of revolution
       real(wp) :: hoop(chunk + batch)         !< of one of revolution: what of the weight stands for the
                                               !< difference along the edge across it
    end type corner_stencil_t
@@ -53,7 +52,8 @@ contains
          corners%list%offset(:n, axis) = (place(:n) - frame%origin(axis))*frame%per_cell - node(:n, axis)
          corners%list%offset(n + 1:, axis) = 0.0_wp
       end do
-      corners%section = layout%section
+      corners%flat = layout%section%is_flat()
+      corners%round = layout%section%is_round()
       if (corners%list%in_order .and. .not. layout%section%is_flat()) then
          call set_edges(corners, column(:, layout%domain:layout%domain + 8), corners%list%member(1) - 1, &
                         frame%per_cell)
@@ -157,7 +157,7 @@ contains
             end do
          end do
       end do
-      if (.not. corners%section%is_round()) return
+      if (.not. corners%round) return
       do n = 1, 27
          weights%along(:, n, 2) = weights%weight(:, n)*corners%hoop(first:first + batch - 1)
       end do
@@ -186,7 +186,7 @@ contains
             end do
          end do
       end do
-      if (.not. corners%section%is_flat()) return
+      if (.not. corners%flat) return
       hat(:, -1, 2, :) = 0.0_wp
       hat(:, 0, 2, :) = 1.0_wp
       hat(:, 1, 2, :) = 0.0_wp

@@ -1,6 +1,6 @@
 !> Between particles and nodes, by the kernels that serve the domains the particles have: boxes along the
-!> axes, whose weights are products, or parallelepipeds (theory.md, eqs weights, corners). Another kind of
-!> domain is another branch in each of these three.
+!> axes, whose weights are products, or parallelepipeds (theory.md, eqs weights, corners); or what has the
+!> nine nodes of a section's plane. Another kind of domain is another branch in each of these three.
 module m_particle_transfer
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -12,6 +12,7 @@ module m_particle_transfer
    use m_g2p_boxes, only: g2p_boxes, motion_t, fastest_t
    use m_p2g_corners, only: p2g_corners, add_corners_body_force
    use m_g2p_corners, only: g2p_corners
+   use m_plane_transfer, only: p2g_plane, g2p_plane
    implicit none
    private
    public :: p2g, p2g_body_force, g2p
@@ -26,7 +27,9 @@ contains
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
       real(wp), intent(inout) :: tile(node_values, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
-      if (layout%domain > 0) then
+      if (layout%section%is_flat()) then
+         call p2g_plane(cells, column, layout, frame, tile)
+      else if (layout%domain > 0) then
          call p2g_corners(cells, column, layout, frame, tile)
       else
          call p2g_boxes(cells, column, layout, frame, tile)
@@ -58,7 +61,9 @@ contains
       type(motion_t), intent(in) :: motion
       real(wp), intent(inout), contiguous :: column(:, :), gradient(:, :)
       type(fastest_t), intent(inout), optional :: fastest
-      if (layout%domain > 0) then
+      if (layout%section%is_flat()) then
+         call g2p_plane(cells, tile, layout, frame, motion, column, gradient, fastest)
+      else if (layout%domain > 0) then
          call g2p_corners(cells, tile, layout, frame, motion, column, gradient, fastest)
       else
          call g2p_boxes(cells, tile, layout, frame, motion, column, gradient, fastest)

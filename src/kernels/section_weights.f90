@@ -16,13 +16,16 @@ contains
       real(wp), intent(inout) :: weight(:, -1:), slope(:, -1:) !< (:, -1:1), by particle and node
       real(wp), intent(in), optional :: radius(:) !< m
       integer :: p
+      !$omp simd
       do p = 1, count
          weight(p, -1) = 0.0_wp
          weight(p, 0) = 1.0_wp
          weight(p, 1) = 0.0_wp
-         slope(p, :) = 0.0_wp
-         if (present(radius)) slope(p, 0) = 1.0_wp/radius(p)
+         slope(p, -1) = 0.0_wp
+         slope(p, 0) = 0.0_wp
+         slope(p, 1) = 0.0_wp
       end do
+      if (present(radius)) slope(:count, 0) = 1.0_wp/radius(:count)
    end subroutine set_plane
 
    !> Slopes along the radius of boxes whose material stands on rings: mean of N' over the ring, which is that

@@ -11,6 +11,8 @@ module m_static_transfer
    use m_p2g_boxes, only: load_t, add_force
    use m_p2g_corners, only: add_corners_force, turn_force
    use m_section_weights, only: take_hoop_force, take_hoop_modulus
+   use m_plane_weights, only: plane_weights_t, set_plane_weights
+   use m_plane_transfer, only: add_plane_force
    implicit none
    private
    public :: p2g_stress, p2g_diagonal
@@ -31,11 +33,14 @@ contains
       type(corner_weights_t) :: weights
       type(load_t) :: load
       integer :: first, last, m, r
+      if (layout%section%is_flat()) then
+         call p2g_plane_stress(cells, column, layout, frame, force, tile)
+         return
+      end if
       do first = 1, cells%count, chunk
          if (layout%domain > 0) then
             call set_corners(corners, cells, first, column, layout, frame)
             call set_stress(load, corners%list, force)
-            if (layout%section%is_round()) call take_hoop_force(corners%list%count, load%force)
             call turn_force(load, corners, frame%per_cell)
             do r = 1, corners%list%runs
                m = corners%list%run_first(r)
@@ -51,7 +56,6 @@ contains
          else
             call set_stencil(stencil, cells, first, column, layout, frame)
             call set_stress(load, stencil, force)
-            if (layout%section%is_round()) call take_hoop_force(stencil%count, load%force)
             do r = 1, stencil%runs
                associate (place => stencil%run_place(:, r))
                   call add_force(load, stencil, stencil%run_first(r), stencil%run_first(r + 1) - 1, &
@@ -61,6 +65,27 @@ contains
          end if
       end do
    end subroutine p2g_stress
+
+   !> The same of a section.
+   pure subroutine p2g_plane_stress(cells, column, layout, frame, force, tile)
+      type(cell_list_t), intent(in) :: cells
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      type(frame_t), intent(in) :: frame
+      real(wp), intent(in), contiguous :: force(:, :) !< (:, 9)
+      real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      type(plane_weights_t) :: weights
+      type(load_t) :: load
+      integer :: first
+      do first = 1, cells%count, chunk
+         call set_plane_weights(weights, cells, first, column, layout, frame)
+         associate (list => weights%corners%list)
+            call set_stress(load, list, force)
+            if (layout%section%is_round()) call take_hoop_force(list%count, load%force)
+         end associate
+         call add_plane_force(load, weights, tile)
+      end do
+   end subroutine p2g_plane_stress
 
    !> From columns to lanes.
    pure subroutine set_stress(load, stencil, force)

@@ -24,19 +24,19 @@ module m_stencil
 
    !> Up to `chunk` particles that are gone through after each other, whatever their bins: weights (1) and
    !> slopes (1/m), by particle, node (-1, 0, 1) and axis; and the offset from the nearest node (cells).
-   !> Vectors may read `batch` - 1 beyond the last, where something stands from before. Kernels keep theirs
-   !> from call to call (Makefile): defaults are not set again.
+   !> Vectors may read `batch` - 1 beyond the last, where something stands from before: kernels keep theirs
+   !> from call to call (Makefile). There are no defaults, for they would be set again in every call.
    type :: stencil_t
-      real(wp) :: weight(chunk + batch, -1:1, 3) = 0.0_wp
-      real(wp) :: slope(chunk + batch, -1:1, 3) = 0.0_wp
-      real(wp) :: offset(chunk + batch, 3) = 0.0_wp
-      integer :: count = 0
-      integer(i4) :: member(chunk) = 0        !< number of the particle in the block
-      logical :: in_order = .false.           !< the particles follow each other in memory too
-      integer :: runs = 0                     !< runs of particles of one bin
-      integer :: run_place(3, chunk) = 0 !< their bins' places in the block, from 0: also the lowest of the 27
+      real(wp) :: weight(chunk + batch, -1:1, 3)
+      real(wp) :: slope(chunk + batch, -1:1, 3)
+      real(wp) :: offset(chunk + batch, 3)
+      integer :: count
+      integer(i4) :: member(chunk)            !< number of the particle in the block
+      logical :: in_order                     !< the particles follow each other in memory too
+      integer :: runs                         !< runs of particles of one bin
+      integer :: run_place(3, chunk)     !< their bins' places in the block, from 0: also the lowest of the 27
                                          !< nodes in the tile
-      integer(i4) :: run_first(chunk + 1) = 1 !< of the chunk's particles; run r ends before run_first(r + 1)
+      integer(i4) :: run_first(chunk + 1)     !< of the chunk's particles; run r ends before run_first(r + 1)
    end type stencil_t
 
 contains

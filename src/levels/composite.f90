@@ -11,7 +11,8 @@ module m_composite
    use m_level, only: level_t, fit_pool
    use m_boundary, only: apply_boundary
    use m_edge, only: edge_t, has_constrained, make_edge, restrict_sums, restrict_lag, prolong_motion, &
-                     prolong_lag, interpolate_motion, interpolate_lag, patch_last, lag_first, lag_last
+                     prolong_lag, interpolate_motion, interpolate_lag, add_patches, patch_last, lag_first, &
+                     lag_last
    use m_patch_exchange, only: patch_exchange_t
    implicit none
    private
@@ -32,6 +33,7 @@ module m_composite
       logical, allocatable, private :: parents(:) !< of this rank's blocks of the coarser level
       logical, allocatable, private :: adds(:)    !< blocks next to those that receive
       integer, allocatable, private :: receiver(:) !< number of a block among those that receive, 0 for others
+      integer :: rows(2) = [0, tile_last]     !< as of the levels' grids; of patches those that there are
       integer :: values = node_values         !< of a node of a patch; 3 more where the lag is corrected
       real(wp), dimension(:, :, :, :, :), allocatable :: up, down ! (values, 0:5, 0:5, 0:5, edges)
       real(wp), dimension(:, :, :, :, :), allocatable, private :: first !< `up` in the first of two steps, own
@@ -64,6 +66,7 @@ contains
       call self%release()
       self%corrects_lag = fine%layout%corrects_lag()
       self%values = merge(lag_last, node_values, self%corrects_lag)
+      self%rows = fine%grid%rows
       n = size(coarse%blocks)
       allocate (self%parents(n), self%receiving(n), self%adds(n), source=.false.)
       own = pack([(b, b=1, size(fine%blocks))], &
@@ -157,7 +160,9 @@ contains
       real(wp), intent(in) :: half !< the finer step, s
       integer :: e
       call restrict_own(self, fine)
-      self%first = self%up(:, :, :, :, :self%own)
+      do e = self%rows(1), min(self%rows(2), patch_last)
+         self%first(:, :, e, :, :) = self%up(:, :, e, :, :self%own)
+      end do
       if (fine%layout%edge_stress > 0) then
          do e = 1, self%own
             call restrict_lag(self%edges(e), fine, half, self%up(:, :, :, :, e))
@@ -172,11 +177,14 @@ contains
       class(composite_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: fine
+      integer :: j
       call restrict_own(self, fine)
-      associate (up => self%up(:, :, :, :, :self%own))
-         up(spare_, :, :, :, :) = up(mass_, :, :, :, :)
-         up(f_x:f_z, :, :, :, :) = up(f_x:f_z, :, :, :, :) - self%first(f_x:f_z, :, :, :, :)
-      end associate
+      do j = self%rows(1), min(self%rows(2), patch_last)
+         associate (up => self%up(:, :, j, :, :self%own))
+            up(spare_, :, :, :) = up(mass_, :, :, :)
+            up(f_x:f_z, :, :, :) = up(f_x:f_z, :, :, :) - self%first(f_x:f_z, :, j, :, :)
+         end associate
+      end do
       call self%exchange%exchange(communicator, self%up, upwards=.true.)
    end subroutine restrict_change
 
@@ -198,26 +206,11 @@ contains
       type(level_t), intent(inout) :: coarse
       integer :: b
       do b = 1, size(coarse%blocks)
-         if (self%adds(b)) self%own_mass(:, :, :, b) = coarse%nodes(mass_, :, :, :, b)
+         if (self%adds(b)) self%own_mass(:, self%rows(1):self%rows(2), :, b) = &
+            coarse%nodes(mass_, :, self%rows(1):self%rows(2), :, b)
       end do
-      call add_patches(self, coarse%nodes, 1, 1, node_values)
+      call add_patches(self%edges, self%by_index, self%up, coarse%nodes, 1, 1, node_values)
    end subroutine add_to_parents
-
-   !> Add some values of the nodes of the patches to those of the parents' tiles.
-   subroutine add_patches(self, tiles, to, from, values)
-      class(composite_t), intent(in) :: self
-      real(wp), intent(inout) :: tiles(node_values, 0:tile_last, 0:tile_last, 0:tile_last, *)
-      integer, intent(in) :: to, from, values !< the first in a tile and in a patch, and how many
-      integer :: c, e
-      do c = 1, size(self%by_index)
-         e = self%by_index(c)
-         associate (a => self%edges(e)%corner, z => self%edges(e)%corner + patch_last, &
-                    b => self%edges(e)%parent)
-            tiles(to:to + values - 1, a(1):z(1), a(2):z(2), a(3):z(3), b) = tiles(to:to + values - 1, &
-               a(1):z(1), a(2):z(2), a(3):z(3), b) + self%up(from:from + values - 1, :, :, :, e)
-         end associate
-      end do
-   end subroutine add_patches
 
    !> In the second of two finer steps: the mass that the particles of the coarser level gave, and the
    !> patches, as `restricted`.
@@ -227,10 +220,11 @@ contains
       integer :: b
       do b = 1, size(coarse%blocks)
          if (.not. self%adds(b)) cycle
-         coarse%restricted(mass_, :, :, :, b) = self%own_mass(:, :, :, b)
-         coarse%restricted(p_x:, :, :, :, b) = 0.0_wp
+         coarse%restricted(mass_, :, self%rows(1):self%rows(2), :, b) = &
+            self%own_mass(:, self%rows(1):self%rows(2), :, b)
+         coarse%restricted(p_x:, :, self%rows(1):self%rows(2), :, b) = 0.0_wp
       end do
-      call add_patches(self, coarse%restricted, 1, 1, node_values)
+      call add_patches(self%edges, self%by_index, self%up, coarse%restricted, 1, 1, node_values)
    end subroutine collect_change
 
    !> Between the two sums of a coarser step a third, where the lag is corrected: the forces of the stress
@@ -240,9 +234,9 @@ contains
       type(level_t), intent(inout) :: coarse
       integer :: b
       do b = 1, size(coarse%blocks)
-         if (self%adds(b)) coarse%restricted(:, :, :, :, b) = 0.0_wp
+         if (self%adds(b)) coarse%restricted(:, :, self%rows(1):self%rows(2), :, b) = 0.0_wp
       end do
-      call add_patches(self, coarse%restricted, p_x, lag_first, 3)
+      call add_patches(self%edges, self%by_index, self%up, coarse%restricted, p_x, lag_first, 3)
    end subroutine collect_lag_force
 
    !> The sum of that over blocks and ranks, of the blocks that receive.
@@ -251,8 +245,8 @@ contains
       type(level_t), intent(in) :: coarse
       integer :: b
       do b = 1, size(coarse%blocks)
-         if (self%receiving(b)) &
-            self%lag_force(:, :, :, :, self%receiver(b)) = coarse%restricted(p_x:p_z, :, :, :, b)
+         if (self%receiving(b)) self%lag_force(:, :, self%rows(1):self%rows(2), :, self%receiver(b)) = &
+            coarse%restricted(p_x:p_z, :, self%rows(1):self%rows(2), :, b)
       end do
    end subroutine keep_lag_force
 
@@ -279,9 +273,9 @@ contains
                                                         !< of the second, as in `correct`
       real(wp) :: force(3), mass
       integer :: i, j, k
-      tile = 0.0_wp
+      tile(:, :, self%rows(1):self%rows(2), :) = 0.0_wp
       do k = 0, tile_last
-         do j = 0, tile_last
+         do j = self%rows(1), self%rows(2)
             do i = 0, tile_last
                force = self%lag_force(:, i, j, k, self%receiver(b))
                mass = coarse%nodes(mass_, i, j, k, b)
@@ -318,7 +312,8 @@ contains
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
                                                         !< in the places of the velocity
       if (.not. self%receives(b)) return
-      tile(v_x:v_z, :, :, :) = tile(v_x:v_z, :, :, :) + self%lag_velocity(:, :, :, :, self%receiver(b))
+      tile(v_x:v_z, :, self%rows(1):self%rows(2), :) = tile(v_x:v_z, :, self%rows(1):self%rows(2), :) &
+         + self%lag_velocity(:, :, self%rows(1):self%rows(2), :, self%receiver(b))
    end subroutine add_parent_lag
 
    !> The gradients of the coarser particles of block b: half a finer step of what the finer level's force has
@@ -330,9 +325,9 @@ contains
       real(wp), intent(in) :: sums(node_values, 0:tile_last, 0:tile_last, 0:tile_last) !< as in `correct`
       integer :: i, j, k, r
       r = self%receiver(b)
-      self%lag_velocity(:, :, :, :, r) = 0.0_wp
+      self%lag_velocity(:, :, self%rows(1):self%rows(2), :, r) = 0.0_wp
       do k = 0, tile_last
-         do j = 0, tile_last
+         do j = self%rows(1), self%rows(2)
             do i = 0, tile_last
                if (sums(mass_, i, j, k) > 0.0_wp) self%lag_velocity(:, i, j, k, r) = &
                   0.5_wp*half*(self%lag_force(:, i, j, k, r) + sums(f_x:f_z, i, j, k))/sums(mass_, i, j, k)
@@ -390,9 +385,9 @@ contains
       push = 0.0_wp
       do b = 1, size(coarse%blocks)
          if (.not. self%receiving(b)) cycle
-         change = 0.0_wp
+         change(:, :, self%rows(1):self%rows(2), :) = 0.0_wp
          do k = 0, tile_last
-            do j = 0, tile_last
+            do j = self%rows(1), self%rows(2)
                do i = 0, tile_last
                   associate (node => coarse%nodes(:, i, j, k, b), sums => coarse%restricted(:, i, j, k, b), &
                              velocity => change(v_x:v_z, i, j, k), kick => change(a_x:a_z, i, j, k))
@@ -412,11 +407,13 @@ contains
             end do
          end do
          call apply_boundary(coarse%grid, coarse%blocks(b)%place, change)
-         associate (nodes => coarse%nodes(:, :, :, :, b), sums => coarse%restricted(:, :, :, :, b))
-            change(a_x:a_z, :, :, :) = change(a_x:a_z, :, :, :)/time_step ! half of the acceleration's change
-            nodes(v_x:a_z, :, :, :) = nodes(v_x:a_z, :, :, :) + change(v_x:a_z, :, :, :)
-            motion = nodes
-            motion(a_x:a_z, :, :, :) = motion(a_x:a_z, :, :, :) + change(a_x:a_z, :, :, :) ! second half step
+         do j = self%rows(1), self%rows(2)
+            change(a_x:a_z, :, j, :) = change(a_x:a_z, :, j, :)/time_step ! half of the acceleration's change
+            coarse%nodes(v_x:a_z, :, j, :, b) = coarse%nodes(v_x:a_z, :, j, :, b) + change(v_x:a_z, :, j, :)
+            motion(:, :, j, :) = coarse%nodes(:, :, j, :, b)
+            motion(a_x:a_z, :, j, :) = motion(a_x:a_z, :, j, :) + change(a_x:a_z, :, j, :) ! second half step
+         end do
+         associate (sums => coarse%restricted(:, :, :, :, b))
             if (self%parents(b)) call prolong_block(self, coarse, b, motion, sums)
             if (self%corrects_lag) call set_parent_lag(self, b, half, sums)
          end associate

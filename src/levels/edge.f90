@@ -20,7 +20,8 @@ module m_edge
    implicit none
    private
    public :: edge_t, has_constrained, make_edge, clear_covered, restrict_sums, restrict_lag, prolong_motion, &
-             prolong_lag, interpolate_motion, interpolate_lag, coarse_nodes, restrict_to, take_means
+             prolong_lag, interpolate_motion, interpolate_lag, coarse_nodes, restrict_to, take_means, &
+             add_patches
 
    integer, parameter, public :: patch_last = 5 !< patches run from 0 to here
    integer, parameter, public :: lag_first = node_values + 1, lag_last = node_values + 3 !< up: the force that
@@ -38,6 +39,7 @@ module m_edge
       integer :: parent = 0    !< number of its parent here, 0 where only the block is
       integer :: rank_beyond = -1 !< rank of the parent, or where only that is here the rank of the block
       integer :: corner(3) = 0 !< of the patch in the parent's tile
+      integer :: rows(2) = [0, patch_last] !< first and last place along y in a patch that is in use
       integer, allocatable :: constrained(:, :) !< places (3) of the constrained nodes in the tile, and 1
                                                 !< where this block restricts the constrained node, else 0
    end type edge_t
@@ -65,6 +67,7 @@ contains
       edge%rank_beyond = merge(coarse%owner_at(home, field), fine%owner(index), b > 0)
       if (coarse%owner_at(home, field) == rank) edge%parent = coarse%slot_at(home, field)
       edge%corner = block_size/2*modulo(place, 2)
+      edge%rows = min(fine%grid%rows, patch_last)
       if (b > 0) call list_constrained(edge, fine, place, field)
    end function make_edge
 
@@ -77,7 +80,7 @@ contains
       integer :: found(4, (tile_last + 1)**3), i, j, k, n
       n = 0
       do k = 0, tile_last
-         do j = 0, tile_last
+         do j = fine%grid%rows(1), fine%grid%rows(2)
             do i = 0, tile_last
                if (fine%region%is_inner(block_size*place + [i, j, k] - 1)) cycle
                n = n + 1
@@ -120,7 +123,7 @@ contains
          if (.not. fine%region%overlaps(coarse%blocks(b)%origin - coarse%grid%cell, &
                                         coarse%blocks(b)%origin + (block_size + 1)*coarse%grid%cell)) cycle
          do k = 0, tile_last
-            do j = 0, tile_last
+            do j = coarse%grid%rows(1), coarse%grid%rows(2)
                do i = 0, tile_last
                   if (fine%region%is_inner(2*(first + [i, j, k]))) coarse%nodes(:, i, j, k, b) = 0.0_wp
                end do
@@ -138,7 +141,7 @@ contains
       integer, intent(in) :: place(3) !< of the block
       real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       logical, intent(in) :: affine
-      real(wp), intent(out), contiguous :: patch(:, 0:, 0:, 0:)
+      real(wp), intent(inout), contiguous :: patch(:, 0:, 0:, 0:)
       real(wp) :: held(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       ! slopes are taken with what is held, and with the mirror images outside
       if (affine .and. has_boundary(grid, place)) then
@@ -155,11 +158,11 @@ contains
       type(edge_t), intent(in) :: edge
       real(wp), dimension(node_values, 0:tile_last, 0:tile_last, 0:tile_last), intent(in) :: tile, held
       logical, intent(in) :: affine
-      real(wp), intent(out), contiguous :: patch(:, 0:, 0:, 0:)
+      real(wp), intent(inout), contiguous :: patch(:, 0:, 0:, 0:)
       integer :: s, at(3), low(3), high(3), i, j, k, q
       ! what is given, and what it changes by along the axes
       real(wp) :: share, given(node_values), change(3, 3), along(node_values, 3)
-      patch = 0.0_wp
+      patch(:, :, edge%rows(1):edge%rows(2), :) = 0.0_wp
       along = 0.0_wp
       do s = 1, size(edge%constrained, 2)
          if (edge%constrained(4, s) == 0) cycle
@@ -229,19 +232,19 @@ contains
       type(layout_t) :: layout
       integer :: s, at(3), low(3), high(3), i, j, k
       logical :: is_constrained(0:tile_last, 0:tile_last, 0:tile_last)
-      associate (block => fine%blocks(edge%block))
+      associate (block => fine%blocks(edge%block), rows => fine%grid%rows)
          if (block%particles%count == 0) return
-         is_constrained = .false.
+         is_constrained(:, rows(1):rows(2), :) = .false.
          do s = 1, size(edge%constrained, 2)
             is_constrained(edge%constrained(1, s), edge%constrained(2, s), edge%constrained(3, s)) = .true.
          end do
-         call fine%at_edge%take_bins(block%cells, bins_at(is_constrained))
+         call fine%at_edge%take_bins(block%cells, bins_at(is_constrained, rows))
          layout = fine%layout
          layout%stress = layout%edge_stress
          layout%gradient = 0 ! only forces are wanted, and where there is mass
          layout%viscous_pressure = 0
          layout%pressure_shift = 0
-         tile = 0.0_wp
+         tile(:, :, rows(1):rows(2), :) = 0.0_wp
          call p2g(fine%at_edge, block%particles%column, layout, frame_of(fine, block), tile)
          call fold_symmetry(fine%grid, block%place, tile, motion_parity)
       end associate
@@ -262,13 +265,31 @@ contains
       end do
    end subroutine restrict_lag
 
+   !> Add some values of the nodes of patches to those of the parents' tiles, in the order that is given.
+   pure subroutine add_patches(edges, order, patches, tiles, to, from, values)
+      type(edge_t), intent(in) :: edges(:)
+      integer, intent(in) :: order(:)        !< numbers of edges whose parent is here
+      real(wp), intent(in), contiguous :: patches(:, 0:, 0:, 0:, :)
+      real(wp), intent(inout) :: tiles(node_values, 0:tile_last, 0:tile_last, 0:tile_last, *)
+      integer, intent(in) :: to, from, values !< the first in a tile and in a patch, and how many
+      integer :: c, e
+      do c = 1, size(order)
+         e = order(c)
+         associate (a => edges(e)%corner, z => edges(e)%corner + patch_last, r => edges(e)%rows, &
+                    y => edges(e)%corner(2) + edges(e)%rows, b => edges(e)%parent)
+            tiles(to:to + values - 1, a(1):z(1), y(1):y(2), a(3):z(3), b) = tiles(to:to + values - 1, &
+               a(1):z(1), y(1):y(2), a(3):z(3), b) + patches(from:from + values - 1, :, r(1):r(2), :, e)
+         end associate
+      end do
+   end subroutine add_patches
+
    !> The motion of the nodes of the parent's tile that the constrained nodes depend on, to the patch.
    pure subroutine prolong_motion(edge, tile, patch)
       type(edge_t), intent(in) :: edge
       real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       real(wp), intent(inout), contiguous :: patch(:, 0:, 0:, 0:)
-      associate (a => edge%corner, z => edge%corner + patch_last)
-         patch(:node_values, :, :, :) = tile(:, a(1):z(1), a(2):z(2), a(3):z(3))
+      associate (a => edge%corner, z => edge%corner + patch_last, r => edge%rows)
+         patch(:node_values, :, r(1):r(2), :) = tile(:, a(1):z(1), a(2) + r(1):a(2) + r(2), a(3):z(3))
       end associate
    end subroutine prolong_motion
 
@@ -278,9 +299,9 @@ contains
       type(edge_t), intent(in) :: edge
       real(wp), intent(in) :: known(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       real(wp), intent(inout), contiguous :: patch(:, 0:, 0:, 0:)
-      associate (a => edge%corner, z => edge%corner + patch_last)
-         patch(lag_first:lag_last, :, :, :) = known(v_x:v_z, a(1):z(1), a(2):z(2), a(3):z(3)) &
-            - patch(a_x:a_z, :, :, :)
+      associate (a => edge%corner, z => edge%corner + patch_last, r => edge%rows)
+         patch(lag_first:lag_last, :, r(1):r(2), :) = &
+            known(v_x:v_z, a(1):z(1), a(2) + r(1):a(2) + r(2), a(3):z(3)) - patch(a_x:a_z, :, r(1):r(2), :)
       end associate
    end subroutine prolong_lag
 

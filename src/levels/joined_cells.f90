@@ -29,25 +29,29 @@ contains
             ! the coarser cells that its cells are in, and those around them
             if (level%region%has_all(block_size/2*block%place - 2, block_size/2*(block%place + 1))) cycle
             allocate (block%cells%standing(0:width**3 - 1), source=-1_i4)
-            call set_standing(level%region, block%place, block%cells%standing)
+            call set_standing(level%region, level%grid%rows, block%place, block%cells%standing)
          end associate
       end do
    end subroutine join_cells
 
    !> The same of one block.
-   pure subroutine set_standing(region, place, standing)
+   pure subroutine set_standing(region, rows, place, standing)
       type(region_t), intent(in) :: region
+      integer, intent(in) :: rows(2)  !< first and last place along y that is in use; of a section one
       integer, intent(in) :: place(3) !< of the block
       integer(i4), intent(inout) :: standing(0:)
       integer :: at(3), cell(3), coarse(3), i, j, k
+      logical :: along(3)
       do k = 0, tile_last - 1
-         do j = 0, tile_last - 1
+         do j = rows(1), min(rows(2), tile_last - 1)
             do i = 0, tile_last - 1
                at = [i, j, k]
                cell = block_size*place + at - 1
                coarse = (cell - modulo(cell, 2))/2
                if (.not. region%has_some(coarse - 1, coarse + 1)) cycle
-               at = merge(at + 2*coarse + 1 - cell, at, joined(region, coarse, cell - 2*coarse))
+               along = joined(region, coarse, cell - 2*coarse)
+               if (rows(1) == rows(2)) along(2) = .false.
+               at = merge(at + 2*coarse + 1 - cell, at, along)
                standing(i + width*(j + width*k)) = int(at(1) + width*(at(2) + width*at(3)), i4)
             end do
          end do

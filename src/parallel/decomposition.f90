@@ -93,6 +93,9 @@ contains
       allocate (extent(2, 3, slots))
       extent(1, :, :) = 0
       extent(2, :, :) = tile_last
+      do b = size(level%blocks) + 1, slots
+         extent(:, 2, b) = level%grid%rows ! of ghosts
+      end do
       do b = 1, size(level%blocks)
          holds(b) = level%blocks(b)%in_tile() > 0
          if (holds(b)) extent(:, :, b) = level%extent(:, :, old(b))
@@ -196,6 +199,8 @@ contains
             level%blocks(b)%owns_shared_sum(n) = n /= 14 .and. b == first_between(level%blocks, &
                   level%blocks(b)%neighbour, n)
          end do
+         if (level%grid%section%is_flat()) & ! the plane's nodes are those shared with what lies below it
+            level%blocks(b)%owns_shared_sum = level%blocks(b)%owns_shared_sum .and. directions(2, :) == -1
       end do
       level%interior_first = [pack([(b, b=1, size(level%blocks))], .not. level%blocks%shared), &
                            pack([(b, b=1, size(level%blocks))], level%blocks%shared)]

@@ -65,6 +65,7 @@ module m_block
       procedure :: keep_resting_mass
       procedure :: has_resting_volume
       procedure :: keep_resting_volume
+      procedure :: lay_resting_mass
       procedure :: wants_sorting
       procedure :: sort
       procedure :: count_disorder
@@ -153,6 +154,14 @@ contains
       self%resting_volume = tile(1, :, :, :)
       self%volume_of = self%particles%state()
    end subroutine keep_resting_volume
+
+   !> What its particles, which rest, give to its cleared tile.
+   pure subroutine lay_resting_mass(self, rows, tile)
+      class(block_t), intent(in) :: self
+      integer, intent(in) :: rows(2) !< first and last place along y that is in use
+      real(wp), intent(inout) :: tile(:, 0:, 0:, 0:)
+      tile(mass_, :, rows(1):rows(2), :) = self%resting_mass(:, rows(1) + 1:rows(2) + 1, :)
+   end subroutine lay_resting_mass
 
    !> True when the run breaks, which are up to date, and those of the steps before have cost as much as
    !> sorting does. A block that comes to rest is sorted then, for while it rests nothing looks at its order:

@@ -210,12 +210,17 @@ contains
    end subroutine take_bins
 
    !> The bins whose particles reach one of some nodes of a block's tile.
-   pure function bins_at(nodes) result(at)
+   pure function bins_at(nodes, rows) result(at)
       logical, intent(in) :: nodes(0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      integer, intent(in) :: rows(2) !< first and last place along y that is in use
       logical :: at(bins)
       logical :: x(block_size, 0:block_size + 1, 0:block_size + 1), &
                  y(block_size, block_size, 0:block_size + 1), z(block_size, block_size, block_size)
       integer :: n
+      if (rows(1) == rows(2)) then
+         at = bins_of_row(nodes(:, rows(1), :), rows(1) - 1)
+         return
+      end if
       x = .false.
       y = .false.
       z = .false.
@@ -230,6 +235,20 @@ contains
       end do
       at = reshape(z, [bins])
    end function bins_at
+
+   !> The same of a section: the nodes of one row along y, all particles in the bins around them.
+   pure function bins_of_row(nodes, row) result(at)
+      logical, intent(in) :: nodes(0:block_size + 1, 0:block_size + 1)
+      integer, intent(in) :: row !< of the bins, from 0
+      logical :: at(bins)
+      integer :: i, k
+      at = .false.
+      do k = 0, block_size - 1
+         do i = 0, block_size - 1
+            at(1 + i + block_size*(row + block_size*k)) = any(nodes(i:i + 2, k:k + 2))
+         end do
+      end do
+   end function bins_of_row
 
    !> The order in which the particles that are gone through, all of them, are in order: bin by bin, and in a
    !> bin as they are stored. From here on it is theirs, and the caller brings them into it. Two halves are

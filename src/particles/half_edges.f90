@@ -20,7 +20,9 @@ contains
       integer :: k
       r = 0.0_wp
       if (layout%domain > 0) then
-         r = reshape(values(layout%domain:layout%domain + 8), [3, 3])
+         do k = 1, 3
+            r(:, k) = values(layout%domain + 3*k - 3:layout%domain + 3*k - 1)
+         end do
       else
          do k = 1, 3
             r(k, k) = values(layout%half_size + merge(k - 1, 0, layout%half_sizes))

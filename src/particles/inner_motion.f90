@@ -4,8 +4,6 @@
 module m_inner_motion
    use m_kinds, only: wp
    use m_field_table, only: layout_t
-   use m_half_edges, only: half_edges
-   use m_vectors, only: cross
    implicit none
    private
    public :: inner_motion
@@ -43,25 +41,49 @@ contains
       end associate
    end subroutine inner_motion
 
-   !> Of a section the parts that lie in it: nothing turns or stretches across it.
+   !> Of a section the parts that lie in it: nothing turns or stretches across it, and all around no angular
+   !> momentum is left.
    pure subroutine of_section(column, first, last, layout, kinetic, angular)
       real(wp), intent(in), contiguous :: column(:, :)
       integer, intent(in) :: first, last !< of the particles
       type(layout_t), intent(in) :: layout
       real(wp), intent(inout) :: kinetic, angular(3)
-      real(wp) :: r(3, 3), u(3)
-      integer :: k, p
-      do p = first, last
-         r = half_edges(column(p, :), layout)
-         do k = 1, 3, 2
-            u = matmul(reshape(column(p, layout%gradient:layout%gradient + 8), [3, 3]), r(:, k))
-            u(2) = 0.0_wp
-            kinetic = kinetic + column(p, layout%mass)*sum(u**2)/6.0_wp
-            if (.not. layout%section%is_round()) &
-               angular = angular + column(p, layout%mass)*cross(r(:, k), u)/3.0_wp
-         end do
-      end do
+      real(wp) :: nothing(last - first + 1)
+      nothing = 0.0_wp
+      associate (m => column(first:last, layout%mass), d => layout%domain, h => layout%half_size, &
+                 l => column(first:last, layout%gradient:layout%gradient + 8))
+         if (d > 0) then
+            call of_edge(last - first + 1, m, l, column(first:last, d), column(first:last, d + 2), kinetic, &
+                         angular(2))
+            call of_edge(last - first + 1, m, l, column(first:last, d + 6), column(first:last, d + 8), &
+                         kinetic, angular(2))
+         else
+            call of_edge(last - first + 1, m, l, column(first:last, h), nothing, kinetic, angular(2))
+            call of_edge(last - first + 1, m, l, nothing, &
+                         column(first:last, h + merge(2, 0, layout%half_sizes)), kinetic, angular(2))
+         end if
+      end associate
+      if (layout%section%is_round()) angular = 0.0_wp
    end subroutine of_section
+
+   !> A half edge x, z (m) in the plane of a section turns and stretches as L r.
+   pure subroutine of_edge(count, m, l, x, z, kinetic, about_y)
+      integer, intent(in) :: count
+      real(wp), intent(in) :: m(:), l(:, :), x(:), z(:)
+      real(wp), intent(inout) :: kinetic, about_y
+      real(wp) :: twice, turning, u, w
+      integer :: p
+      twice = 0.0_wp; turning = 0.0_wp
+      !$omp simd reduction(+: twice, turning) private(u, w)
+      do p = 1, count
+         u = l(p, 1)*x(p) + l(p, 7)*z(p)
+         w = l(p, 3)*x(p) + l(p, 9)*z(p)
+         twice = twice + m(p)*(u**2 + w**2)
+         turning = turning + m(p)*(z(p)*u - x(p)*w)
+      end do
+      kinetic = kinetic + twice/6.0_wp
+      about_y = about_y + turning/3.0_wp
+   end subroutine of_edge
 
    !> Boxes along the axes, with the half sizes r1, r2, r3 (m).
    pure subroutine of_boxes(count, m, l, r1, r2, r3, kinetic, angular)

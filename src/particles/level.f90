@@ -17,8 +17,6 @@ module m_level
    !> Of the nodes of a block.
    integer(i8), parameter :: tile_bytes = node_values*(tile_last + 1_i8)**3*storage_size(1.0_wp)/8
 
-   integer, parameter :: plane_row = 1 !< place along y of a section's plane in a tile
-
    type :: level_t
       integer :: number = 1                  !< 1 is the coarsest
       type(grid_level_t) :: grid
@@ -134,21 +132,18 @@ contains
       max_thickness = 2.0_wp*sqrt(maxval(sum(abs(matmul(r, transpose(r))), dim=1)))
    end function max_thickness
 
-   !> The nodes that a block's particles reach, or all where others give to the block's nodes or ask of them.
-   pure function range_of(block, whole) result(extent)
+   !> The nodes that a block's particles reach, or all where others give to the block's nodes or ask of them;
+   !> those beside the plane of a section get nothing from anybody.
+   pure function range_of(block, whole, grid) result(extent)
       type(block_t), intent(in) :: block
       logical, intent(in) :: whole
+      type(grid_level_t), intent(in) :: grid
       integer :: extent(2, 3)
       extent = block%cells%extent()
       if (whole) extent(1, :) = 0
       if (whole) extent(2, :) = tile_last
+      if (grid%section%is_flat()) extent(:, 2) = grid%rows
    end function range_of
-
-   !> True of a section on one level: nodes beside its plane get nothing from anybody.
-   pure logical function is_layer(layout)
-      type(layout_t), intent(in) :: layout
-      is_layer = layout%section%is_flat() .and. layout%refinement == 0
-   end function is_layer
 
    !> Before a block's tile is given to anew: it goes as far as the block's particles reach, or is whole, and
    !> is 0 beyond.
@@ -160,8 +155,7 @@ contains
       associate (block => self%blocks(b))
          if (block%cells%counted < 0) call block%cells%update_statistics(block%particles%count)
          call block%cells%go_through(1, block%particles%count)
-         extent = range_of(block, whole)
-         if (is_layer(self%layout)) extent(:, 2) = plane_row
+         extent = range_of(block, whole, self%grid)
       end associate
       associate (old => self%extent(:, :, b))
          if (any(old(1, :) < extent(1, :)) .or. any(old(2, :) > extent(2, :))) &
@@ -177,8 +171,7 @@ contains
       integer, intent(in) :: b
       logical, intent(in) :: whole
       integer :: extent(2, 3)
-      extent = range_of(self%blocks(b), whole)
-      if (is_layer(self%layout)) extent(:, 2) = plane_row
+      extent = range_of(self%blocks(b), whole, self%grid)
       self%extent(1, :, b) = min(self%extent(1, :, b), extent(1, :))
       self%extent(2, :, b) = max(self%extent(2, :, b), extent(2, :))
    end subroutine widen_extent
