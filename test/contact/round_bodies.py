@@ -15,16 +15,36 @@ NU = 0.3
 MODULUS = 1 / (1 - NU**2)  # Young's modulus and the radius are 1
 
 
-def ball_load(approach):
+def ball_load(approach, radius=1.0):
     """Load of an elastic ball between two flat plates, by how far each comes nearer to its centre: Hertz, and
-    what the far side gives way by (Tatara 1991)."""
+    what the far side gives way by (Tatara 1991). Between two rigid spheres `radius` is that of both curvatures
+    together."""
 
     def come(load):
-        a = (0.75 * load / MODULUS) ** (1 / 3)
+        a = (0.75 * load * radius / MODULUS) ** (1 / 3)
         far = 2 * (1 + NU) / (a**2 + 4) ** 1.5 + (1 - NU**2) / (a**2 + 4) ** 0.5
-        return a**2 - far * load / np.pi
+        return a**2 / radius - far * load / np.pi
 
     return brentq(lambda load: come(load) - approach, 1e-12, 10)
+
+
+class Metal:
+    """A ball of metal that does not harden, E/Y = 220, flattened by a plate: Jackson and Green (2005), eqs 11
+    to 15, over the approach at which it begins to flow."""
+
+    yields = 1 / 220
+    factor = 1.295 * np.exp(0.736 * NU)
+    first = (np.pi * factor * yields / (2 * MODULUS)) ** 2  # approach
+    first_load = 4 / 3 / MODULUS**2 * (np.pi * factor * yields / 2) ** 3
+
+    def load(self, approach):
+        w, strain = approach / self.first, self.yields / MODULUS
+        radius = np.pi * self.factor * strain / 2 * np.sqrt(w) * (w / 1.9) ** (0.07 * np.exp(23 * strain))
+        hardness = 2.84 * (1 - np.exp(-0.82 * radius**-0.7))
+        elastic = np.exp(-0.25 * w ** (5 / 12)) * w**1.5
+        return self.first_load * (
+            elastic + 4 * hardness / self.factor * (1 - np.exp(-(w ** (5 / 9)) / 25)) * w
+        )
 
 
 def disk_load(approach):
@@ -118,6 +138,54 @@ def face(cells=6):
     require("and it is cut all the same", "cut by the surface" in said)
 
 
+def sphere_on_ball(cells, radius, bounds):
+    """Two rigid spheres of another radius press a ball."""
+    both, cell, speed, name = 1 / (1 + 1 / radius), 1 / cells, 0.004, f"on_{radius}"
+    size = (int(cells) + 3) * cell
+    deep = (1.05 * max(bounds) * cell) ** 2 / both
+    run(
+        f"&scene title='{name}', end_time={deep / speed + 1!r} /\n"
+        f"&grid lower=0,0,0, upper={size!r},{size!r},{size!r}, cell_size={cell!r}, "
+        "boundary='symmetry','free','symmetry','free','symmetry','free' /\n"
+        f"&material name='m', model='elastic', density=1, young=1, poisson={NU} /\n"
+        "&body material='m', shape='sphere', center=0,0,0, radius=1 /\n"
+        f"&tool name='tip', shape='sphere', radius={radius}, tip=0,0,1, times=0,2, speeds=0,{speed} /\n"
+        f"&output directory='{name}', formats='none' /\n",
+        1,
+    )
+    rows = History(Path(name) / "tool_tip.dat")
+    for k, bound in bounds.items():
+        check(
+            f"sphere of radius {radius} on a ball, {k} cells a contact radius",
+            off(rows["depth"], 4 * rows["load_z"], lambda z: ball_load(z, both), (k * cell) ** 2 / both),
+            bound,
+        )
+
+
+def flattened(bounds):
+    """The ball of metal on three levels, with 4 to 12 cells a contact radius."""
+    metal = Metal()
+    run(
+        "&scene title='flattened', end_time=9.5 /\n"
+        "&grid lower=0,0,0, upper=1.15,1.15,1.15, cell_size=0.05, "
+        "boundary='symmetry','free','symmetry','free','symmetry','free' /\n"
+        "&level lower=0,0,0.7, upper=0.4,0.4,1.15 /\n&level lower=0,0,0.85, upper=0.2,0.2,1.15 /\n"
+        f"&material name='m', model='j2', density=1, young=1, poisson={NU}, yield_stress={metal.yields!r} /\n"
+        "&body material='m', shape='sphere', center=0,0,0, radius=1 /\n"
+        "&tool name='plate', shape='flat', radius=2, tip=0,0,1, times=0,2,4.5,5.5, "
+        "speeds=0,0.001,0.001,0.003 /\n"
+        "&output directory='flattened', formats='none' /\n",
+        1,
+    )
+    rows = History(Path("flattened") / "tool_plate.dat")
+    for w, bound in bounds.items():
+        near = np.abs(rows["depth"] / (w * metal.first) - 1) < 0.05
+        far = np.mean(4 * rows["load_z"][near] / metal.load(rows["depth"][near])) - 1
+        check(f"ball of metal, flattened to w* = {w}: load", far, bound)
+    elastic = np.mean([ball_load(z) for z in rows["depth"][near]]) / np.mean(4 * rows["load_z"][near])
+    require(f"control: an elastic ball would bear {elastic:.1f} times as much", elastic > 2)
+
+
 def deep(bounds):
     """A sphere of 2.7 cells a radius buried in a block, one particle a cell: against finite elements."""
     speed, end = 150.8, 3.2e-6
@@ -184,6 +252,9 @@ if sys.argv[1:] == ["long"]:
         ball(cells, 0.003, {2: 0.05, 3.5: 0.03, 5: 0.02})
         disk(cells, 0.003, {2: 0.05, 3.5: 0.03, 5: 0.02})
     deep(0.05)
+    for cells, radius in ((15, 1.0), (15.5, 2.0)):
+        sphere_on_ball(cells, radius, {2: 0.05, 3: 0.05, 4: 0.05})
+    flattened({18: 0.05, 30: 0.05, 60: 0.05, 100: 0.05, 150: 0.05})
 else:
     come = ball(11, 0.005, {2: 0.05, 3.5: 0.03})
     whole(11, 0.005, come[0])

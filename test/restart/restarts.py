@@ -134,10 +134,20 @@ def newest_step(directory):
 
 def ranks_of(process, ranks):
     """Process ids of the program itself."""
-    if ranks == 1:
-        return [process.pid]
-    found = subprocess.run(["pgrep", "-P", str(process.pid)], capture_output=True, text=True).stdout.split()
-    return [int(pid) for pid in found]
+    return [process.pid] if ranks == 1 else children_of(process.pid)
+
+
+def children_of(parent):
+    """Process ids of a process's children, the oldest first."""
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = stat.read_text().rpartition(")")[2].split()
+        except OSError:  # it has ended meanwhile
+            continue
+        if int(fields[1]) == parent:
+            found.append(int(stat.parent.name))
+    return sorted(found)
 
 
 def start(ranks, text=None, restart=None):

@@ -50,11 +50,13 @@ def taylor(bench):
 @hard_case("spheres", short=True)
 def spheres(bench):
     """Two equal elastic spheres, head on at a hundredth of the wave speed each. Momentum is exact; they part
-    again, with nine tenths of the energy of their motion (on 8 cells a radius; 0.78 in the short form on 4);
+    again, with nine tenths of the energy of their motion (on 8 cells a radius; 0.85 in the short form on 4);
     they feel each other noticeably (a hundredth of their momentum) at most a tenth of a cell ahead. Plain
     transfer beside it; in one velocity field they feel each other 1.7 cells ahead: the control. The gap is
     that of the spheres as the scene has them. Energy is allowed a hundredth more than at first, for a row has
-    the velocities half a step after the stress."""
+    the velocities half a step after the stress. Domains are those that the program takes for spheres that are
+    cut by their surface: fixed cubes of such keep 5 % of the energy in stress that alternates within cells,
+    which no node sees, and recover 0.78 on 4 cells."""
     cell, radius = bench.pick((0.05, 0.4), (0.1, 0.4))
     young, density, poisson = 1e6, 1000.0, 0.3
     wave = math.sqrt(young / density * (1 - poisson) / (1 + poisson) / (1 - 2 * poisson))
@@ -70,7 +72,7 @@ def spheres(bench):
             f"{transfer}_{groups}",
             f"""&scene title='two spheres', end_time={end!r} /
 &grid lower=-1.2,-0.6,-0.6, upper=1.2,0.6,0.6, cell_size={cell} /
-&time transfer='{transfer}', domain='fixed' /
+&time transfer='{transfer}' /
 &material name='rubber', model='neo_hookean', density={density}, young={young}, poisson={poisson} /
 &body material='rubber', shape='sphere', center={-radius - gap},0.01,0.02, radius={radius}, velocity={speed!r},0,0 {left} /
 &body material='rubber', shape='sphere', center={radius + gap},0.01,0.02, radius={radius}, velocity={-speed!r},0,0 {right} /
@@ -82,7 +84,8 @@ def spheres(bench):
         for one in seen:
             body = one["body"].ravel()
             x, v = one["position"][:, 0], one["velocity"][:, 0]
-            ways.append((one.time, v[body == 1].mean() / speed, 2 * (gap - speed * one.time) / cell))
+            gone = np.average(v[body == 1], weights=one["mass"].ravel()[body == 1])
+            ways.append((one.time, gone / speed, 2 * (gap - speed * one.time) / cell))
         time, mean, apart = np.array(ways).T
         shown[name] = apart, mean
         felt = float(np.interp(-0.99, -mean[: np.argmin(mean) + 1], apart[: np.argmin(mean) + 1]))
@@ -95,7 +98,7 @@ def spheres(bench):
         bench.at_least(
             f"{name}: energy of the spheres' motion recovered",
             mean[-1] ** 2 if mean[-1] < 0 else 0.0,
-            bench.pick(0.9, 0.78),
+            bench.pick(0.9, 0.85),
         )
         bench.at_most(f"{name}: gap at a hundredth of their momentum [cells]", felt, 0.1, control=not groups)
 
