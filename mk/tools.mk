@@ -33,8 +33,11 @@ hardness:
 	@$(post) hardness $(TOOL:%=--tool %) $(OPTIONS) "$(RUN)"
 
 # A user's law is compiled as its owner wrote it: old Fortran, doubles where `vaba_param.inc` says so, lines of up to 132.
-vumat_flags_fortran = -O2 -march=$(ARCH) -std=legacy -w -ffixed-line-length-132 -ffree-line-length-none -Itools/vumat
+vumat_flags_fortran = -O2 -march=$(ARCH) -std=legacy -w -ffixed-line-length-132 -ffree-line-length-none \
+	-fcray-pointer -Itools/vumat
 vumat_source = $(if $(filter %.c,$(FILE)),cc -O2 -march=$(ARCH),gfortran $(vumat_flags_fortran))
+vumat_utilities = $(if $(filter %.c,$(FILE)),,tools/vumat/utilities.f -Wl$(comma)-z$(comma)muldefs)
+comma = ,
 
 ### vumat        FILE=mylaw.f (or .c): a user's law, mylaw.so (vumat.md)
 # FILE=mylaw.f: mylaw.so, a law for model='vumat', library='./mylaw.so' (doc/developer/vumat.md); mylaw.c for
@@ -42,7 +45,7 @@ vumat_source = $(if $(filter %.c,$(FILE)),cc -O2 -march=$(ARCH),gfortran $(vumat
 vumat:
 	@[ -f "$(FILE)" ] || { echo "Say which file: make vumat FILE=mylaw.f"; exit 2; }
 	@echo "  compile  $(FILE)"
-	@$(vumat_source) -fPIC -shared -o "$(basename $(FILE)).so" "$(FILE)"
+	@$(vumat_source) -fPIC -shared -o "$(basename $(FILE)).so" "$(FILE)" $(vumat_utilities)
 	@echo "The law is in $(basename $(FILE)).so"
 
 ### error_bar    RUNS="out/a out/b": error bars from several runs

@@ -30,6 +30,7 @@ module m_c_law
    contains
       procedure :: load
       procedure :: evaluate
+      procedure :: tells_temperature
    end type c_law_t
 
 contains
@@ -46,6 +47,11 @@ contains
       call c_f_procpointer(address, law)
       self%law => law
    end subroutine load
+
+   pure logical function tells_temperature(self)
+      class(c_law_t), intent(in) :: self
+      tells_temperature = .false.
+   end function tells_temperature
 
    pure subroutine evaluate(self, points)
       class(c_law_t), intent(in) :: self

@@ -105,9 +105,9 @@ contains
       scd = 0.0_wp
       call self%law(stress, state, moduli, sse, spd, scd, rpl, by_heat, heat, heat_slope, &
                     doubled*points%total(p, order), doubled*points%strain(p, order), begins, &
-                    points%time_step, 0.0_wp, 0.0_wp, [0.0_wp], [0.0_wp], law_name(self%label), 3, 3, 6, &
-                    self%states, props, size(self%constants), points%place(p, :), turn(points%spin(p, :)), &
-                    share, points%size(p), in_order(points%deformation_old(p, :)), &
+                    points%time_step, self%temperature, 0.0_wp, [0.0_wp], [0.0_wp], law_name(self%label), 3, &
+                    3, 6, self%states, props, size(self%constants), points%place(p, :), &
+                    turn(points%spin(p, :)), share, points%size(p), in_order(points%deformation_old(p, :)), &
                     in_order(points%deformation(p, :)), p, 1, 1, 1, [1, static_step, 1, 0], &
                     merge(2, 1, begins(2) > 0.0_wp), int(name_size, c_size_t))
       points%stress(p, order) = stress

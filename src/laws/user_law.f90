@@ -33,6 +33,7 @@ module m_user_law
       integer :: called = 0                     !< its number among the codes that are called
       real(wp), allocatable :: constants(:)
       integer :: states = 0                     !< state variables a particle
+      real(wp) :: temperature = 0.0_wp          !< that the law is told, from the start on
       real(wp) :: wave_modulus = 0.0_wp         !< of the fastest wave, Pa; 0: by a probe of the law
       type(tangent_t) :: tangent                !< of the unstrained law
       real(wp) :: modulus = 0.0_wp              !< that of the two which counts, Pa
@@ -53,6 +54,7 @@ module m_user_law
       procedure :: stretch
       procedure :: fault_text
       procedure :: for_large_strains
+      procedure :: tells_temperature
       procedure, private :: probe
       procedure, private :: advance
       procedure, non_overridable :: fill_points
@@ -88,6 +90,8 @@ contains
       call group%get_list('constants', self%constants, any_value(''))
       call group%get('states', self%states, 0)
       call group%get('wave_modulus', self%wave_modulus, at_least(0.0_wp, 'Pa'))
+      if (self%tells_temperature() .and. (abs(self%temperature) > 0.0_wp .or. .not. group%is_writing())) &
+         call group%get('temperature', self%temperature, any_value(''))
       if (.not. allocated(self%checksum)) self%checksum = ''
       if (.not. group%is_writing() .or. self%checksum /= '') &
          call group%get_text('checksum', self%checksum, longest_name)
@@ -104,6 +108,12 @@ contains
       self%called = name_foreign_code(self%library)
       call self%probe(group)
    end subroutine variables
+
+   !> True of an interface that has a temperature.
+   pure logical function tells_temperature(self)
+      class(user_law_t), intent(in) :: self
+      tells_temperature = .true.
+   end function tells_temperature
 
    pure logical function for_large_strains(self)
       class(user_law_t), intent(in) :: self

@@ -12,15 +12,15 @@ module m_vumat
 
    abstract interface
       !> As its manual says; the length of CMNAME comes last, as Fortran compilers hand it over.
-      pure subroutine vumat_interface(jblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal, step_time, &
+      pure subroutine vumat_interface(jblock, ndir, nshr, nstatev, nfieldv, nprops, jinfo, step_time, &
                                       total_time, dt, cmname, coord, char_length, props, density, &
                                       strain_inc, rel_spin_inc, temp_old, stretch_old, defgrad_old, &
                                       field_old, stress_old, state_old, ener_intern_old, ener_inelas_old, &
                                       temp_new, stretch_new, defgrad_new, field_new, stress_new, state_new, &
                                       ener_intern_new, ener_inelas_new, cmname_length) bind(c)
          import :: c_int, c_double, c_char, c_size_t
-         integer(c_int), intent(in) :: jblock(*), ndir, nshr, nstatev, nfieldv, nprops, lanneal
-         real(c_double), intent(in) :: step_time, total_time, dt
+         integer(c_int), intent(in) :: jblock(*), ndir, nshr, nstatev, nfieldv, nprops, jinfo(*)
+         real(c_double), intent(in) :: step_time, total_time, dt(*)
          character(kind=c_char), intent(in) :: cmname(*)
          real(c_double), intent(in) :: coord(*), char_length(*), props(*), density(*), strain_inc(*), &
                                        rel_spin_inc(*), temp_old(*), stretch_old(*), defgrad_old(*), &
@@ -31,6 +31,8 @@ module m_vumat
          integer(c_size_t), intent(in), value :: cmname_length
       end subroutine vumat_interface
    end interface
+
+   integer, parameter :: first_element = 7 !< jInfoArray(6): where the numbers of elements begin in it
 
    type, extends(user_law_t) :: vumat_t
       procedure(vumat_interface), pointer, nopass, private :: law => null()
@@ -55,23 +57,30 @@ contains
       self%law => law
    end subroutine load
 
-   !> One block of points of a solid: three direct and three shear components. There are no field variables;
-   !> the temperature is 0.
+   !> One block of points of a solid: three direct and three shear components. There are no field variables.
+   !> What older templates call lAnneal and dt are the first elements of jInfoArray and dtArray.
    pure subroutine evaluate(self, points)
       class(vumat_t), intent(in) :: self
       type(points_t), intent(inout) :: points
-      integer(c_int) :: jblock(4 + points%count)
-      real(c_double) :: nothing(max(1, points%count)), props(max(1, size(self%constants)))
+      integer(c_int) :: jblock(4 + points%count), jinfo(first_element - 1 + points%count)
+      real(c_double) :: nothing(max(1, points%count)), props(max(1, size(self%constants))), &
+                        temperature(max(1, points%count)), dt(2*points%count + 1)
       integer :: i
       nothing = 0.0_wp
       props(:size(self%constants)) = self%constants
       ! laws that ask which point they have got find its number in the block; layer and section point are 1
       jblock = [points%count, 1, 1, 1, (i, i=1, points%count)]
-      call self%law(jblock, 3, 3, self%states, 0, size(self%constants), 0, points%time, points%time, &
-                    points%time_step, law_name(self%label), points%place, points%size, props, &
-                    points%density, points%strain, points%spin, nothing, points%stretch_old, &
+      ! no annealing, integration, layer and section point 1, no moduli asked for; where the elements' numbers
+      ! begin, and these
+      jinfo = [0, 1, 1, 1, 0, first_element, (i, i=1, points%count)]
+      dt = 0.0_wp
+      dt(1) = points%time_step
+      temperature = self%temperature
+      call self%law(jblock, 3, 3, self%states, 0, size(self%constants), jinfo, points%time, points%time, &
+                    dt, law_name(self%label), points%place, points%size, props, &
+                    points%density, points%strain, points%spin, temperature, points%stretch_old, &
                     points%deformation_old, nothing, points%stress_old, points%state_old, points%energy_old, &
-                    points%inelastic_old, nothing, points%stretch, points%deformation, nothing, &
+                    points%inelastic_old, temperature, points%stretch, points%deformation, nothing, &
                     points%stress, points%state, points%energy, points%inelastic, int(name_size, c_size_t))
    end subroutine evaluate
 
