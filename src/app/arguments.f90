@@ -12,6 +12,7 @@ module m_arguments
       character(len=:), allocatable :: json    !< file that the figures of a plan go to; empty: none
       character(len=:), allocatable :: answer  !< all that is asked for is this text; empty: a run
       logical :: plans = .false.               !< as mode='plan' of &scene
+      logical :: schema = .false.              !< all that is asked for is what a scene may say
    end type arguments_t
 
    character(len=*), parameter :: newline = new_line('a'), usage = &
@@ -23,6 +24,7 @@ module m_arguments
       newline// &
       '  --json FILE          with a plan: write its figures to FILE too'//newline// &
       '  --restart DIRECTORY  continue the run of DIRECTORY from its newest complete checkpoint'//newline// &
+      '  --schema             what a scene may say, as a JSON Schema for editors'//newline// &
       '  --version            the version of the program'//newline// &
       '  --help               this text'//newline//newline// &
       'On several ranks: mpirun -n RANKS gimp3d SCENE.nml'//newline// &
@@ -45,6 +47,7 @@ contains
          case ('--help', '-h'); arguments%answer = help
          case ('--version'); arguments%answer = 'gimp3d '//program_version
          case ('--plan'); arguments%plans = .true.
+         case ('--schema'); arguments%schema = .true.
          case ('--json'); call take(arguments%json, 'file')
          case ('--restart'); call take(arguments%restart, 'directory')
          case default

@@ -7,6 +7,7 @@ module m_simulation
    use m_launcher, only: check_launch
    use m_text, only: to_text, si
    use m_timers, only: phase_output, phase_contact
+   use m_scene_schema, only: scene_schema
    use m_scene, only: scene_t
    use m_offer, only: catalogue_t
    use m_materials, only: known_materials
@@ -81,13 +82,10 @@ contains
       self%course%stop_reason = ''
       call self%communicator%start()
       call self%console%start(self%communicator)
-      call read_arguments(self%arguments, self%error)
-      if (self%arguments%answer /= '') call self%console%line(self%arguments%answer)
+      call read_command(self)
       if (self%error%happened() .or. self%arguments%answer /= '') return
       call check_launch(self%communicator, self%error)
       if (self%error%happened()) return
-      call known_materials(self%catalogue)
-      call known_effects(self%catalogue)
       call read_run(self%communicator, self%arguments, self%catalogue, self%scene, before, self%lock, &
                     self%error)
       if (self%error%happened()) return
@@ -135,6 +133,16 @@ contains
       call save(self, written=.true.)
       call self%expectation%start(self%model, self%console%elapsed())
    end subroutine initialise
+
+   !> What the command line asks for, and the answer where that is all.
+   subroutine read_command(self)
+      class(simulation_t), intent(inout) :: self
+      call known_materials(self%catalogue)
+      call known_effects(self%catalogue)
+      call read_arguments(self%arguments, self%error)
+      if (self%arguments%schema) self%arguments%answer = scene_schema(self%catalogue)
+      if (self%arguments%answer /= '') call self%console%line(self%arguments%answer)
+   end subroutine read_command
 
    !> Collective: what is written of a new run, from its first state on.
    subroutine begin_records(self)

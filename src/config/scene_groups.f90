@@ -314,6 +314,10 @@ contains
       integer :: velocity_update, transfer
       logical :: flip
       call group%get('safety', time%safety, above(0.0_wp, '', at_most=maxval(safety_allowed)))
+      if (.not. group%is_writing()) & ! the same by its other name
+         call group%get('cfl', time%safety, above(0.0_wp, '', at_most=maxval(safety_allowed)))
+      if (group%is_given('cfl') .and. group%is_given('safety')) &
+         call group%refuse('cfl', 'is safety by another name; allowed: one of both')
       call group%get('time_step', time%time_step, at_least(0.0_wp, 's'))
       call group%get_choice('stress_update', time%stress_update, stress_update_words)
       transfer = merge(1, 2, time%affine)

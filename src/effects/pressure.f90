@@ -1,5 +1,5 @@
-!> A pressure on a patch of a body's face, or on all surface within a box, that follows the surface
-!> (theory.md, eq. pressure).
+!> A pressure on a patch of a body's face, or on all surface within a box, that follows the surface; or a
+!> traction in any direction, which stays or turns with the face (theory.md, eqs pressure, traction).
 module m_pressure
    use m_kinds, only: wp
    use m_constants, only: exit_input
@@ -23,6 +23,7 @@ module m_pressure
    use m_carried_face, only: carry_faces
    use m_effect, only: effect_t, hooks_t
    use m_section, only: section_t
+   use m_vectors, only: cross
    implicit none
    private
    public :: pressure_t
@@ -37,6 +38,9 @@ module m_pressure
       real(wp) :: lower(3) = 0.0_wp, upper(3) = 0.0_wp !< of the patch, m: equal along one axis; or of the box
       real(wp), allocatable :: times(:)  !< s, rising
       real(wp), allocatable :: values(:) !< Pa
+      real(wp) :: traction(3) = 0.0_wp !< on the surface, of the values; 0: a pressure
+      logical :: follows = .false.     !< it turns as the normal of the face does
+      integer :: side = 0 !< column: on which side of the patch's plane outside is, -1 or 1
       logical :: whole_faces = .false. !< forces go to nodes by the mean over faces of small domains too (eq.
                                        !< face-mean): without inertia nothing evens out what a point would do
       integer :: area = 0 !< first column of the particle's share of the patch, an outward vector, m2
@@ -57,6 +61,7 @@ module m_pressure
       procedure :: on_stress
       procedure :: change_step
       procedure :: turning_times
+      procedure, private :: pull
    end type pressure_t
 
 contains
@@ -84,6 +89,14 @@ contains
                                     '(a patch of a face) or above it (a box, for all surface in it)')
       call group%get_list('times', self%times, any_value('s'), required=.true.)
       call group%get_list('values', self%values, any_value('Pa'), required=.true.)
+      if (any(abs(self%traction) > 0.0_wp) .or. .not. group%is_writing()) then
+         call group%get('traction', self%traction, any_value(''))
+         call group%get('follows', self%follows)
+      end if
+      if (self%follows .and. .not. any(abs(self%traction) > 0.0_wp)) &
+         call group%refuse('follows', 'only with traction; a pressure always follows the surface')
+      if (self%follows .and. self%is_box()) &
+         call group%refuse('follows', 'only on a patch, whose normal is known; in a box a traction stays')
       if (.not. (allocated(self%times) .and. allocated(self%values))) return
       if (any(self%times(2:) <= self%times(:size(self%times) - 1))) &
          call group%refuse('times', 'must rise strictly')
@@ -101,6 +114,7 @@ contains
       self%section = section
       self%lower(2) = -huge(1.0_wp)
       self%upper(2) = huge(1.0_wp)
+      if (abs(self%traction(2)) > 0.0_wp) why = 'has a traction along y; allowed in a section: along x and z'
       if (count(self%upper([1, 3]) > self%lower([1, 3])) /= 1) &
          why = 'with geometry='''//section%word()//''' a patch lies across x or z, equal in lower and upper'
    end subroutine take_section
@@ -123,6 +137,9 @@ contains
       self%area = table%column('pressure_area_'//to_text(patch))
       call table%declare('pressure_arm_'//to_text(patch), 3, 'm', written=.false., arm_to=self%area)
       self%arm = table%column('pressure_arm_'//to_text(patch))
+      if (.not. self%follows) return
+      call table%declare('pressure_side_'//to_text(patch), 1, '1', written=.false.)
+      self%side = table%column('pressure_side_'//to_text(patch))
    end subroutine declare
 
    !> True where all surface within a box is meant, false where a patch of a plane is.
@@ -192,6 +209,7 @@ contains
             to(2) = self%section%depth(merge(self%lower(1), 0.5_wp*(from(1) + to(1)), axis == 1))
          end if
          particles%column(p, self%area + axis - 1) = outward*product(to - from)
+         if (self%side > 0) particles%column(p, self%side) = outward
          ! its own face, not the plane, which may be off by rounding
          from(axis) = position(axis) + outward*half
          to(axis) = from(axis)
@@ -260,7 +278,7 @@ contains
       if (abs(now) <= 0.0_wp) return
       associate (column => block%particles%column, turns => layout%domain > 0)
          do p = 1, block%particles%count
-            force = -now*column(p, self%area:self%area + 2)
+            force = now*self%pull(column(p, :))
             if (.not. any(abs(force) > 0.0_wp)) cycle
             call fit_share(fitted_edges(column(p, :), layout, grid%cell), column(p, self%arm:self%arm + 2), &
                            force, grid%cell, turns .or. self%whole_faces, &
@@ -282,6 +300,25 @@ contains
          end do
       end associate
    end subroutine add_forces
+
+   !> The force on a particle's share of a value of 1: -A of a pressure; the traction times the present area,
+   !> where it follows turned as the normal is turned from where it was (Rodrigues).
+   pure function pull(self, column) result(force)
+      class(pressure_t), intent(in) :: self
+      real(wp), intent(in) :: column(:) !< of the particle
+      real(wp) :: force(3)
+      real(wp) :: area(3), before(3), spin(3)
+      area = column(self%area:self%area + 2)
+      force = -area
+      if (.not. any(abs(self%traction) > 0.0_wp)) return
+      force = self%traction*norm2(area)
+      if (.not. self%follows .or. .not. norm2(area) > 0.0_wp) return
+      before = 0.0_wp
+      before(minloc(self%upper - self%lower, dim=1)) = sign(1.0_wp, column(self%side))
+      spin = cross(before, area/norm2(area))
+      force = force + cross(spin, force) + cross(spin, cross(spin, force)) &
+              /max(1.0_wp + dot_product(before, area)/norm2(area), epsilon(1.0_wp))
+   end function pull
 
    !> Those with a share of the patch.
    pure function pushed(self, particles) result(which)
@@ -318,7 +355,7 @@ contains
             associate (p => which(i))
                way = column(p, way_to:way_to + 2) - from(:, i) &
                      + time_step*matmul(reshape(gradient(p, :), [3, 3]), column(p, self%arm:self%arm + 2))
-               swept = swept + dot_product(column(p, self%area:self%area + 2), way)
+               swept = swept - dot_product(self%pull(column(p, :)), way)
             end associate
          end do
       end associate

@@ -7,9 +7,11 @@ module m_group_reader
    use m_kinds, only: wp
    use m_constants, only: exit_input
    use m_errors, only: error_t, fail
-   use m_namelist_group, only: group_t
+   use m_namelist_group, only: group_t, entry_t
    use m_namelist_lines, only: reals_line, integer_line, logical_line
    use m_number_text, only: read_real, read_integer, number_good, number_infinite, number_size
+   use m_schema_text, only: number_property, integer_property, plain_property
+   use m_synonyms, only: factor_of
    use m_text, only: to_text
    use m_value_range, only: range_t
    use m_words, only: lower_case, advice, joined
@@ -32,9 +34,13 @@ module m_group_reader
       logical :: writing = .false.
       character(len=:), allocatable :: lines                 !< written so far
       type(error_t) :: first_fault
+      logical :: describing = .false.            !< properties of a schema are made: these, of this offer
+      character(len=:), allocatable :: properties, needed, offer
    contains
       procedure :: begin
       procedure :: begin_text
+      procedure :: begin_schema
+      procedure :: schema_text
       procedure :: text => written_text
       procedure :: others
       procedure :: finish
@@ -53,6 +59,7 @@ module m_group_reader
       procedure :: get_option
       procedure, private :: get_real, get_reals, get_integer, get_logical
       procedure, private :: look_up
+      procedure, private :: note
       procedure, private :: writes
       procedure, private :: check_count
       procedure, private :: number
@@ -60,7 +67,19 @@ module m_group_reader
    end type group_reader_t
 
    interface
-      !> One of a few whole numbers.
+      !> What is asked for becomes properties, and the group an object of a JSON Schema (schema_text).
+      module subroutine begin_schema(self)
+         class(group_reader_t), intent(out) :: self
+      end subroutine begin_schema
+      module function schema_text(self) result(text)
+         class(group_reader_t), intent(in) :: self
+         character(len=:), allocatable :: text
+      end function schema_text
+      module subroutine note(self, name, property, required)
+         class(group_reader_t), intent(inout) :: self
+         character(len=*), intent(in) :: name, property
+         logical, intent(in), optional :: required
+      end subroutine note
       module subroutine get_option(self, name, value, options)
          class(group_reader_t), intent(inout) :: self
          character(len=*), intent(in) :: name
@@ -136,10 +155,13 @@ contains
 
    !> True while what is asked for belongs to choices that the scene has not made: its names are known, but
    !> may not be used.
-   subroutine others(self, set_aside)
+   subroutine others(self, set_aside, name)
       class(group_reader_t), intent(inout) :: self
       logical, intent(in) :: set_aside
+      character(len=*), intent(in), optional :: name !< of the choice
       self%set_aside = set_aside
+      self%offer = ''
+      if (present(name)) self%offer = name
    end subroutine others
 
    !> Whether the value of a variable is to be written.
@@ -177,7 +199,7 @@ contains
    !> The variables asked for so far.
    function names(self) result(list)
       class(group_reader_t), intent(in) :: self
-      character(len=name_length), allocatable :: list(:)
+      character(len=name_length) :: list(self%count)
       list = self%known(:self%count)
    end function names
 
@@ -205,12 +227,12 @@ contains
    subroutine refuse(self, name, sentence)
       class(group_reader_t), intent(inout) :: self
       character(len=*), intent(in) :: name, sentence
-      if (self%writing .or. self%set_aside) return
-      call fail(self%first_fault, exit_input, self%group%entry_place(name)//': '//sentence)
+      if (.not. (self%writing .or. self%set_aside)) &
+         call fail(self%first_fault, exit_input, self%group%entry_place(name)//': '//sentence)
    end subroutine refuse
 
-   !> Note that a variable exists; its index in the group, or 0 when it is not given (refused when it is
-   !> required). What others than the choice made know too stays as it is.
+   !> Note that a variable exists; its index in the group, or 0 when it is not given (refused when required).
+   !> What others than the choice made know too stays as it is.
    integer function look_up(self, name, expected, required, used) result(found)
       class(group_reader_t), intent(inout) :: self
       character(len=*), intent(in) :: name, expected
@@ -252,8 +274,25 @@ contains
       given = size(self%group%entries(found)%values)
       good = given == wanted
       if (.not. good) call self%refuse(self%group%entries(found)%name, expected//'; '//to_text(given)// &
-                                       ' given')
+                                       ' given'//unit_behind(self%group%entries(found)))
    end subroutine check_count
+
+   !> Where the last value is a unit: that none is written, and what would be.
+   function unit_behind(entry) result(text)
+      type(entry_t), intent(in) :: entry
+      character(len=:), allocatable :: text, unit
+      real(wp) :: value
+      integer :: fault
+      text = ''
+      if (size(entry%values) < 2 .or. any(entry%values%quoted)) return
+      associate (last => size(entry%values))
+         unit = entry%value_text(last)
+         call read_real(entry%value_text(last - 1), value, fault)
+         if (fault == number_good .and. factor_of(unit) > 0.0_wp) &
+            text = '; units are not written, all is in SI: '//to_text(value*factor_of(unit))//' for '// &
+                   entry%value_text(last - 1)//' '//unit
+      end associate
+   end function unit_behind
 
    !> One number of a variable, checked.
    subroutine number(self, found, i, range, value, expected)
@@ -301,6 +340,7 @@ contains
       expected = trim('must be a number '//range%limits())
       found = self%look_up(name, expected, required, used)
       if (self%writes(used)) self%lines = self%lines//reals_line(name, [value])
+      if (self%describing) call self%note(name, number_property(range, 1), required)
       call self%check_count(found, 1, expected, good)
       if (good) call self%number(found, 1, range, value, expected)
    end subroutine get_real
@@ -318,6 +358,7 @@ contains
       expected = trim('must be '//to_text(size(values))//' numbers '//range%limits())
       found = self%look_up(name, expected, required, used)
       if (self%writes(used)) self%lines = self%lines//reals_line(name, values)
+      if (self%describing) call self%note(name, number_property(range, size(values)), required)
       call self%check_count(found, size(values), expected, good)
       if (.not. good) return
       do i = 1, size(values)
@@ -337,6 +378,7 @@ contains
       expected = trim('must be numbers '//range%limits())
       found = self%look_up(name, expected, required, used)
       if (self%writes(used) .and. allocated(values)) self%lines = self%lines//reals_line(name, values)
+      if (self%describing) call self%note(name, number_property(range, 0), required)
       if (found == 0) return
       values = [(0.0_wp, i=1, size(self%group%entries(found)%values))]
       do i = 1, size(values)
@@ -357,6 +399,7 @@ contains
       expected = 'must be a whole number, at least '//to_text(least)
       found = self%look_up(name, expected, required, used)
       if (self%writes(used)) self%lines = self%lines//integer_line(name, value)
+      if (self%describing) call self%note(name, integer_property(least), required)
       call self%check_count(found, 1, expected, good)
       if (.not. good) return
       call read_integer(self%group%entries(found)%value_text(1), new, good)
@@ -380,6 +423,7 @@ contains
       logical :: good
       found = self%look_up(name, expected)
       if (self%writes()) self%lines = self%lines//logical_line(name, value)
+      if (self%describing) call self%note(name, plain_property('boolean'))
       call self%check_count(found, 1, expected, good)
       if (.not. good) return
       word = lower_case(self%group%entries(found)%value_text(1))

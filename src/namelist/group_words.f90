@@ -1,9 +1,37 @@
 !> Variables of a group whose values are words: texts, names, choices; and whole numbers of a few.
 submodule (m_group_reader) m_group_words
    use m_namelist_lines, only: text_line, words_line
+   use m_schema_text, only: words_property, json_text
    implicit none
 
 contains
+
+   module procedure begin_schema
+      call self%begin()
+      self%describing = .true.
+      self%offer = ''
+      self%properties = ''
+      self%needed = ''
+   end procedure begin_schema
+
+   module procedure schema_text
+      text = '{"type":"object","additionalProperties":false,"required":['//self%needed//'],"properties":{'// &
+             self%properties//'}}'
+   end procedure schema_text
+
+   module procedure note
+      character(len=:), allocatable :: key
+      key = json_text(name)//':{'
+      if (index(self%properties, new_line('a')//key) > 0) return
+      if (self%properties /= '') self%properties = self%properties//','
+      self%properties = self%properties//new_line('a')//key//property
+      if (self%offer /= '') self%properties = self%properties//',"$comment":'//json_text('of '//self%offer)
+      self%properties = self%properties//'}'
+      if (.not. present(required) .or. self%offer /= '') return
+      if (.not. required) return
+      if (self%needed /= '') self%needed = self%needed//','
+      self%needed = self%needed//json_text(name)
+   end procedure note
 
    module procedure get_option
       character(len=:), allocatable :: expected
@@ -15,6 +43,7 @@ contains
       end do
       found = self%look_up(name, expected)
       if (self%writes()) self%lines = self%lines//integer_line(name, value)
+      if (self%describing) call self%note(name, integer_property(minval(options)))
       call self%check_count(found, 1, expected, good)
       if (.not. good) return
       call read_integer(self%group%entries(found)%value_text(1), new, good)
@@ -32,6 +61,7 @@ contains
       expected = 'must be a text in quotes, of 1 to '//to_text(longest)//' characters'
       found = self%look_up(name, expected, required)
       if (self%writes()) self%lines = self%lines//text_line(name, value)
+      if (self%describing) call self%note(name, plain_property('string'), required)
       call self%check_count(found, 1, expected, good)
       if (.not. good) return
       text = trim(self%group%entries(found)%value_text(1))
@@ -55,6 +85,7 @@ contains
       expected = 'must be in quotes, of 1 to '//to_text(name_length)//' letters, digits, _ or -'
       found = self%look_up(name, expected, required)
       if (self%writes()) self%lines = self%lines//text_line(name, value)
+      if (self%describing) call self%note(name, plain_property('string'), required)
       call self%check_count(found, 1, expected, good)
       if (.not. good) return
       text = self%group%entries(found)%value_text(1)
@@ -72,6 +103,7 @@ contains
       if (size(values) > 1) expected = 'must be '//to_text(size(values))//' words in quotes, each one of '// &
                                        joined(words)
       found = self%look_up(name, expected, required)
+      if (self%describing) call self%note(name, words_property(words, size(values)), required)
       if (self%writes()) then
          self%lines = self%lines//words_line(name, words(values))
          return
@@ -107,6 +139,7 @@ contains
       expected = 'must be words in quotes, each one of '//joined(words)
       found = self%look_up(name, expected)
       if (self%writes()) self%lines = self%lines//words_line(name, pack(words, chosen))
+      if (self%describing) call self%note(name, words_property(words, 0))
       if (found == 0) return
       chosen = .false.
       do i = 1, size(self%group%entries(found)%values)

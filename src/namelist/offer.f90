@@ -138,7 +138,7 @@ contains
       do n = 1, size(offers)
          if (n == chosen) cycle
          allocate (other, source=offers(n)%it)
-         call group%others(set_aside=chosen > 0)
+         call group%others(set_aside=chosen > 0, name=other%name)
          call other%variables(group)
          call group%others(set_aside=.false.)
          deallocate (other)

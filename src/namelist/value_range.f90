@@ -16,6 +16,7 @@ module m_value_range
    contains
       procedure :: holds
       procedure :: limits
+      procedure :: as_json
    end type range_t
 
 contains
@@ -74,5 +75,26 @@ contains
          text = 'in '//trim(self%unit)
       end if
    end function limits
+
+   !> The limits as a JSON Schema has them, each with a comma before it.
+   pure function as_json(self) result(text)
+      class(range_t), intent(in) :: self
+      character(len=:), allocatable :: text
+      text = ''
+      if (self%has_lower .and. self%lower_open) text = ',"exclusiveMinimum":'//json_number(self%lower)
+      if (self%has_lower .and. .not. self%lower_open) text = ',"minimum":'//json_number(self%lower)
+      if (self%has_upper .and. self%upper_open) text = text//',"exclusiveMaximum":'//json_number(self%upper)
+      if (self%has_upper .and. .not. self%upper_open) text = text//',"maximum":'//json_number(self%upper)
+   end function as_json
+
+   !> A number as JSON has it: with a digit before its point and after.
+   pure function json_number(value) result(text)
+      real(wp), intent(in) :: value
+      character(len=:), allocatable :: text
+      text = exact_text(value)
+      if (text(1:1) == '.') text = '0'//text
+      if (index(text, '-.') == 1) text = '-0'//text(2:)
+      if (text(len(text):) == '.') text = text//'0'
+   end function json_number
 
 end module m_value_range

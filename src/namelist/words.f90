@@ -1,5 +1,6 @@
 !> Words of a scene: case, lists, and the nearest of several names.
 module m_words
+   use m_synonyms, only: meant
    implicit none
    private
    public :: lower_case, joined, advice, nearest_word, edit_distance
@@ -31,15 +32,21 @@ contains
       end do
    end function joined
 
-   !> What to write instead of an unknown word: `; nearest: young; allowed: name, density, young`.
+   !> What to write instead of an unknown word: `; nearest: young; allowed: name, density, young`. A word of
+   !> other programs for it comes before one that is spelt alike: `; meant: tool`.
    pure function advice(word, allowed) result(text)
       character(len=*), intent(in) :: word
       character(len=*), intent(in) :: allowed(:)
       character(len=:), allocatable :: text
       integer :: nearest
       text = ''
-      nearest = nearest_word(word, allowed)
-      if (nearest > 0) text = '; nearest: '//trim(allowed(nearest))
+      text = meant(lower_case(word), allowed)
+      if (text /= '') then
+         text = '; meant: '//text
+      else
+         nearest = nearest_word(word, allowed)
+         if (nearest > 0) text = '; nearest: '//trim(allowed(nearest))
+      end if
       text = text//'; allowed: '//joined(allowed)
    end function advice
 
