@@ -22,6 +22,7 @@ COMMANDS = {
     "pole_figure": "the texture of the crystals of a run",
     "gallery": "a page of all shipped scenes with their reports",
     "benchmarks": "the book of benchmarks",
+    "heights": "a map for scenes of a microscope's file (.gwy)",
     "surfaces": "spheres, cones, dies as STL files for scenes",
 }
 

@@ -16,6 +16,7 @@ module m_introduction
    use m_time_step, only: next_time_step
    use m_console, only: console_t
    use m_fill_report, only: introduce_shares
+   use m_grain_report, only: introduce_grains
    implicit none
    private
    public :: introduce, own_bytes, own_blocks
@@ -62,6 +63,7 @@ contains
                            ' rank(s), '//si(real(bytes, wp), 'B')//' in all, '// &
                            to_text(real(bytes, wp)/particles, 3)//' B a particle')
          call introduce_shares(console, scene, model)
+         call introduce_grains(console, scene, model)
          if (model%time < scene%end_time) then
             call console%line('time       '//si(scene%end_time, 's')//' in steps of '//si(time_step, 's')// &
                               ', about '//to_text(ceiling(scene%end_time/time_step, i8))//' steps')
@@ -74,6 +76,8 @@ contains
          call console%line('effects    '//effects_text(scene, catalogue, model))
          call introduce_choices(console, scene)
       end associate
+      if (.not. (scene%output%present .or. scene%plans)) &
+         call console%line('warning    no &output: this run writes no file, nothing of it is kept')
       call find_crowd(model%communicator, ranks, cores)
       if (ranks > cores) &
          call console%line('warning    '//to_text(ranks)//' ranks share '//to_text(cores)// &

@@ -7,22 +7,25 @@ module m_grains
    use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t
    use m_field_table, only: field_table_t, layout_t
-   use m_grain_file, only: grain_file_t
+   use m_grain_file, only: read_grain_file
+   use m_grain_list, only: grain_list_t
    use m_grid_level, only: grid_level_t
    use m_group_reader, only: group_reader_t
    use m_level, only: level_t
+   use m_orientations, only: angle_words, numbers_of, turn_into_bunge, bunge_degrees
    use m_particle_store, only: particle_store_t
    use m_rotations, only: from_euler
    use m_text, only: to_text
-   use m_value_range, only: any_value
+   use m_value_range, only: any_value, at_least
+   use m_words, only: joined
    use m_effect, only: effect_t, hooks_t
    implicit none
    private
    public :: grains_t
 
    integer, parameter :: longest_path = 1000 !< characters
-   character(len=7), parameter :: angle_words(2) = ['degrees', 'radians']
-   integer, parameter :: in_degrees = 1, in_radians = 2
+   real(wp), parameter :: alike = 0.01_wp !< proportions of a file and of the box, relative
+   real(wp), parameter :: min_small = 0.75_wp !< share of the angles at most 2 pi that makes them no degrees
    integer, parameter :: enough = 4 !< grains of which one has an angle above 2 pi, were they in degrees
    real(wp), parameter :: max_separation = 1000.0_wp !< seeds from each other, in widths of the box
    integer(i8), parameter :: prime = 2147483647_i8 !< 2^31 - 1
@@ -32,6 +35,7 @@ module m_grains
       integer :: count = 0                             !< of grains
       integer :: seed = 1                              !< of chance
       real(wp), allocatable :: positions(:)    !< of the seeds, m: x y z of each
+      real(wp), allocatable :: weights(:)      !< of the seeds, m: what a grain reaches further by (Laguerre)
       real(wp), allocatable :: orientations(:) !< Euler angles phi1 Phi phi2 of each, degrees
       integer :: angles = 0                    !< how they are given, of `angle_words`; 0: not said
       integer(i4), allocatable :: voxels(:, :, :) !< number of the grain, x fastest, all over the box; 0: none
@@ -44,6 +48,7 @@ module m_grains
       procedure :: initialise
       procedure :: verify
       procedure, private :: take_file
+      procedure, private :: fit_into_box
       procedure, private :: take_angles
       procedure, private :: check_distances
       procedure, private :: grain_at
@@ -68,26 +73,32 @@ contains
       end if
       if (self%file == '' .or. .not. group%is_writing()) then
          call group%get_list('positions', self%positions, any_value('m'))
-         call group%get_list('orientations', self%orientations, any_value('degrees'))
+         if (allocated(self%weights) .or. .not. group%is_writing()) &
+            call group%get_list('weights', self%weights, at_least(0.0_wp, 'm'))
+         call group%get_list('orientations', self%orientations, any_value(''))
       end if
+      if (.not. group%is_writing() .or. self%angles > 0) &
+         call group%get_choice('angles', self%angles, angle_words)
       if (self%file /= '' .and. (group%is_given('positions') .or. group%is_given('orientations'))) then
          call group%refuse('file', 'not together with positions or orientations, which the file gives')
       else if (self%file /= '' .and. group%is_reading()) then
          call self%take_file(group)
+      else if (group%is_reading()) then
+         call self%take_angles(group, 'orientations', 0)
       end if
-      if (.not. group%is_writing() .or. self%angles > 0) &
-         call group%get_choice('angles', self%angles, angle_words)
       if (group%is_reading()) call self%check_distances(group)
-      if (group%is_reading()) call self%take_angles(group)
-      if (mod(size_of(self%orientations), 3) /= 0) &
-         call group%refuse('orientations', 'must be three angles a grain')
       if (mod(size_of(self%positions), 3) /= 0) &
          call group%refuse('positions', 'must be three numbers a grain')
       if (allocated(self%positions) .and. allocated(self%orientations)) then
          if (size(self%positions) /= size(self%orientations)) &
             call group%refuse('orientations', 'must be as many as positions')
       end if
+      if (allocated(self%weights)) then
+         if (3*size(self%weights) /= size_of(self%positions)) &
+            call group%refuse('weights', 'must be one for each of the positions')
+      end if
       grains = max(size_of(self%orientations), size_of(self%positions))/3
+      if (grains == 0 .and. allocated(self%voxels)) grains = maxval(self%voxels)
       call group%get('count', self%count, least=1, required=grains == 0)
       if (grains > 0 .and. self%count == 0) self%count = grains
       if (grains > 0 .and. self%count /= grains) &
@@ -100,45 +111,135 @@ contains
    subroutine take_file(self, group)
       class(grains_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group
-      type(grain_file_t) :: found
-      character(len=:), allocatable :: fault
-      call found%read(self%file, fault)
-      if (fault == '' .and. self%checksum /= '' .and. self%checksum /= found%checksum) &
-         fault = 'has been changed: its checksum is '//found%checksum//', the scene was made with '// &
-                 self%checksum
+      type(grain_list_t) :: found
+      character(len=:), allocatable :: fault, checksum
+      call read_grain_file(self%file, found, checksum, fault)
+      if (fault == '' .and. self%checksum /= '' .and. self%checksum /= checksum) &
+         fault = 'has been changed: its checksum is '//checksum//', the scene was made with '//self%checksum
+      if (fault == '') call self%fit_into_box(found, fault)
+      if (fault == '') call check_form(found, self%angles, fault)
       if (fault /= '') then
          call group%refuse('file', fault)
          return
       end if
-      call move_alloc(found%orientations, self%orientations)
+      if (allocated(found%orientations)) call move_alloc(found%orientations, self%orientations)
       if (allocated(found%positions)) call move_alloc(found%positions, self%positions)
-      self%checksum = found%checksum
+      if (allocated(found%weights)) call move_alloc(found%weights, self%weights)
+      self%checksum = checksum
+      call self%take_angles(group, 'file', found%form, found%numbers)
       if (allocated(found%voxels)) then
          call move_alloc(found%voxels, self%voxels)
       else
          self%file = ''
          self%checksum = ''
+         if (allocated(self%orientations)) self%angles = bunge_degrees ! as they are written
       end if
    end subroutine take_file
 
-   !> Angles become degrees. Where nothing says what they are in, and none is above 2 pi, that is asked for.
-   subroutine take_angles(self, group)
+   !> What a file describes in a unit of its own fills the box, which must have its proportions.
+   subroutine fit_into_box(self, found, fault)
+      class(grains_t), intent(in) :: self
+      type(grain_list_t), intent(inout) :: found
+      character(len=:), allocatable, intent(inout) :: fault
+      real(wp) :: factor(3), middle
+      integer :: axis
+      if (all(found%size <= 0.0_wp)) return
+      factor = -1.0_wp ! fits anything
+      where (found%size > 0.0_wp) factor = (self%upper - self%lower)/found%size
+      middle = sum(factor, mask=factor > 0.0_wp)/count(factor > 0.0_wp)
+      if (any(factor > 0.0_wp .and. abs(factor - middle) > alike*middle)) then
+         fault = 'has the extents '//text_of(found%size)//' in its unit, and the box '// &
+                 text_of(self%upper - self%lower)//' m; allowed: a box of the same proportions'
+      else if (allocated(found%positions)) then
+         do axis = 1, 3
+            found%positions(axis::3) = self%lower(axis) + (found%positions(axis::3) - found%lower(axis)) &
+                                       *factor(axis)
+         end do
+         if (allocated(found%weights)) found%weights = middle*found%weights
+      end if
+   contains
+      function text_of(x) result(text)
+         real(wp), intent(in) :: x(3)
+         character(len=:), allocatable :: text
+         text = to_text(x(1), 4)//' x '//to_text(x(2), 4)//' x '//to_text(x(3), 4)
+      end function text_of
+   end subroutine fit_into_box
+
+   !> The form of orientations that the scene names is that of the file, if the file says.
+   subroutine check_form(found, form, fault)
+      type(grain_list_t), intent(in) :: found
+      integer, intent(in) :: form !< as the scene says; 0: it does not
+      character(len=:), allocatable, intent(inout) :: fault
+      if (.not. allocated(found%orientations)) return
+      if (allocated(found%unclear)) then
+         if (form > 0 .and. numbers_of(form) == found%numbers) return
+         fault = 'has its orientations as '''//found%unclear// &
+                 ''', which Neper up to 4.9 and from 4.10 on writes for '// &
+                 'opposite rotations; allowed: with angles, such as '''// &
+                 trim(angle_words(found%form))//''', which is active up to 4.9'
+      else if (found%form > 0 .and. form > 0 .and. form /= found%form .and. form + 2 /= found%form) then
+         fault = 'has its orientations as '''//trim(angle_words(found%form))//''', and angles is '''// &
+                 trim(angle_words(form))//'''; allowed: without angles' ! degrees is bunge_degrees
+      end if
+   end subroutine check_form
+
+   !> Orientations become Bunge's angles in degrees. Where nothing says in which form they are, and no number
+   !> of them is above 2 pi, that is asked for.
+   subroutine take_angles(self, group, name, form_of_file, numbers)
       class(grains_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group
-      real(wp) :: largest
+      character(len=*), intent(in) :: name         !< of the variable that gives them
+      integer, intent(in) :: form_of_file          !< 0: it does not say
+      integer, intent(in), optional :: numbers     !< of an orientation
+      character(len=:), allocatable :: fault
+      real(wp), allocatable :: angles(:)
+      integer :: form, given
       if (size_of(self%orientations) == 0) return
-      largest = maxval(abs(self%orientations))
-      if (self%angles == 0 .and. size(self%orientations) >= 3*enough .and. largest > 0.0_wp &
-          .and. largest <= 2.0_wp*pi) then
-         call group%refuse(trim(merge('file        ', 'orientations', group%is_given('file'))), &
-                           'no angle is above 6.28 in size, as if they were in radians; allowed: '// &
-                           'angles=''radians'', or ''degrees'' if that is what they are in (Rodrigues'' '// &
-                           'vectors are not read)')
-      else if (self%angles == in_radians) then
-         self%orientations = 180.0_wp/pi*self%orientations
-         if (self%file == '') self%angles = in_degrees ! as they are written
+      form = self%angles
+      if (form == 0) form = form_of_file
+      given = 3
+      if (form > 0) given = numbers_of(form)
+      if (present(numbers)) given = numbers
+      if (form == 0) call doubt_degrees(self%orientations, given, fault)
+      if (form == 0 .and. fault /= '') then
+         call group%refuse(name, fault//'; allowed: with angles, one of '//joined(angle_words(3:)))
+         return
       end if
+      if (form == 0) form = bunge_degrees
+      if (numbers_of(form) /= given .or. mod(size(self%orientations), given) /= 0) then
+         call group%refuse(name, 'must be '//to_text(numbers_of(form))//' numbers a grain with angles='''// &
+                           trim(angle_words(form))//'''')
+         return
+      end if
+      call turn_into_bunge(form, self%orientations, angles, fault)
+      if (fault /= '') then
+         call group%refuse(name, fault)
+         return
+      end if
+      call move_alloc(angles, self%orientations)
+      if (self%file == '' .and. self%angles > 0) self%angles = bunge_degrees ! as they are written
    end subroutine take_angles
+
+   !> Why numbers that nothing is said of may not be angles in degrees; empty: they look so.
+   subroutine doubt_degrees(numbers, given, why)
+      real(wp), intent(in) :: numbers(:)
+      integer, intent(in) :: given !< of them an orientation
+      character(len=:), allocatable, intent(out) :: why
+      integer :: small, large
+      why = ''
+      small = count(abs(numbers) > 0.0_wp .and. abs(numbers) <= 2.0_wp*pi)
+      large = count(abs(numbers) > 2.0_wp*pi)
+      if (given /= 3) then
+         why = 'each orientation is '//to_text(given)//' numbers'
+      else if (size(numbers) < 3*enough .or. small < min_small*(small + large) .or. small == 0) then
+         return
+      else if (large == 0) then
+         why = 'no angle is above 6.28 in size, as if they were in radians, or Rodrigues'' vectors'
+      else
+         why = 'of '//to_text(small + large)//' angles that are not 0 only '//to_text(large)// &
+               ' are above 6.28 in size, as if they were Rodrigues'' vectors'
+      end if
+   end subroutine doubt_degrees
 
    !> Seeds that all are far from each other, seen from the box, or all at one of its places, are not in m, or
    !> no places.
@@ -255,7 +356,7 @@ contains
    end subroutine initialise
 
    !> Number of the grain at a place in the box (m): of the voxel, or of the nearest seed, of two as near that
-   !> with the lower number.
+   !> with the lower number; with weights that of the least power (Laguerre's cells).
    pure integer function grain_at(self, x) result(found)
       class(grains_t), intent(in) :: self
       real(wp), intent(in) :: x(3)
@@ -271,6 +372,7 @@ contains
       found = 0
       do g = 1, self%count
          distance = sum((x - self%positions(3*g - 2:3*g))**2)
+         if (allocated(self%weights)) distance = distance - self%weights(g)**2
          if (distance >= nearest) cycle
          nearest = distance
          found = g

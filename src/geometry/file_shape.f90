@@ -11,11 +11,12 @@ module m_file_shape
    use m_text, only: to_text
    use m_value_range, only: any_value, above
    use m_shape, only: shape_t
-   use m_triangles, only: triangles_t, weld
-   use m_surface_text, only: read_triangles, read_heights, is_heights
+   use m_triangles, only: triangles_t, weld, weld_near
+   use m_surface_file, only: read_surface
    use m_height_field, only: close_heights
    use m_height_checks, only: doubt_heights
    use m_height_file, only: is_hdf5, read_height_file
+   use m_height_map, only: height_map_t, agree_on, first_row_words
    use m_self_overlap, only: look_for_overlap
    use m_closed_surface, only: closed_surface_t
    implicit none
@@ -25,6 +26,8 @@ module m_file_shape
    integer, parameter :: longest_path = 1000
    integer, parameter :: max_bytes = 1000000000
    real(wp), parameter :: max_overlap = 1.0e-3_wp !< of what is inside: what scans have
+   real(wp), parameter :: round_off = 1.0e-6_wp !< of the largest extent: six digits of a text, or the places
+                                                !< of single precision away from the origin
    integer, parameter :: piece = 1048576 !< bytes of a file whose checksum is taken at once
 
    type, extends(shape_t) :: file_shape_t
@@ -32,7 +35,11 @@ module m_file_shape
       real(wp) :: scale = 1.0_wp              !< m, of the file's unit
       real(wp) :: rotation(3) = 0.0_wp        !< about x, then y, then z, degrees
       real(wp) :: origin(3) = 0.0_wp          !< of a body, where the file's origin lies, m
-      real(wp) :: spacing(2) = 0.0_wp         !< of heights along x and y, m; 0: triangles
+      real(wp) :: spacing(2) = 0.0_wp         !< of heights along x and y, m; 0: not said, or triangles
+      integer :: first_row = 0                !< of heights, where it lies; 0: not said
+      logical :: is_map = .false.             !< heights
+      logical :: scale_is_given = .false.
+      real(wp) :: joined = 0.0_wp             !< corners so near to each other count as one, m
       character(len=:), allocatable :: checksum !< of the file; empty: not known
       type(closed_surface_t), pointer :: inside_of => null() !< turned and scaled; copies share it, and nobody
                                                              !< changes it
@@ -65,6 +72,9 @@ contains
       if (.not. self%of_tool) call group%get('origin', self%origin, any_value('m'))
       if (.not. group%is_writing() .or. any(self%spacing > 0.0_wp)) &
          call group%get('spacing', self%spacing, above(0.0_wp, 'm'))
+      if (.not. group%is_writing() .or. self%first_row > 0) &
+         call group%get_choice('first_row', self%first_row, first_row_words)
+      if (group%is_reading()) self%scale_is_given = group%is_given('scale')
       if (.not. group%is_writing() .or. self%checksum /= '') &
          call group%get_text('checksum', self%checksum, longest_path)
    end subroutine variables
@@ -78,7 +88,7 @@ contains
       character(len=:), allocatable :: bytes, digits
       real(wp), allocatable :: place(:, :)
       integer, allocatable :: of(:, :)
-      real(wp), allocatable :: height(:, :)
+      type(height_map_t) :: map
       type(triangles_t) :: triangles
       fault = ''
       bytes = ''
@@ -93,22 +103,56 @@ contains
       end if
       self%checksum = digits
       if (is_hdf5(bytes)) then
-         call share_heights(communicator, self%file, height, fault)
-         if (fault == '') call close_up_heights(height, self%spacing, self%scale, place, of, fault)
+         self%is_map = .true.
+         call share_heights(communicator, self%file, len(bytes), map, fault)
       else
-         call find_corners(bytes, self%spacing, self%scale, place, of, fault)
+         call read_surface(bytes, self%is_map, place, of, map, fault)
+      end if
+      if (fault == '' .and. self%is_map) then
+         call agree_on(map, self%spacing, self%scale, self%scale_is_given, self%first_row, fault)
+         if (fault == '') call close_up_heights(map%height, self%spacing, self%scale, place, of, fault)
+      else if (fault == '' .and. any(self%spacing > 0.0_wp)) then
+         fault = 'holds triangles; spacing is for heights'
+      else if (fault == '' .and. self%first_row > 0) then
+         fault = 'holds triangles; first_row is for heights'
       end if
       if (fault /= '') return
       deallocate (bytes)
       call weld(place, of)
-      call move_alloc(of, triangles%of)
-      triangles%corner = placed(self, place)
-      call triangles%close_up(fault)
-      if (fault == '' .and. .not. any(self%spacing > 0.0_wp)) call check_overlap(triangles, fault)
+      call close_up_corners(self, place, of, triangles, fault)
+      if (fault == '' .and. .not. self%is_map) call check_overlap(triangles, fault)
       if (fault /= '') return
       allocate (self%inside_of) ! what is here before belongs to copies
       call self%inside_of%build(triangles)
    end subroutine load
+
+   !> A closed surface of welded corners. Where corners that differ by round-off leave gaps, they are joined.
+   subroutine close_up_corners(self, place, of, triangles, fault)
+      class(file_shape_t), intent(inout) :: self
+      real(wp), allocatable, intent(inout) :: place(:, :)
+      integer, allocatable, intent(inout) :: of(:, :)
+      type(triangles_t), intent(out) :: triangles
+      character(len=:), allocatable, intent(inout) :: fault
+      type(triangles_t) :: joined
+      character(len=:), allocatable :: still
+      integer :: before
+      triangles%of = of
+      triangles%corner = placed(self, place)
+      call triangles%close_up(fault)
+      self%joined = 0.0_wp
+      if (fault == '' .or. self%is_map .or. size(of) == 0) return
+      before = size(place, 2)
+      self%joined = self%scale*round_off*max(maxval(maxval(place, dim=2) - minval(place, dim=2)), &
+                                             maxval(abs(place)))
+      call weld_near(place, of, self%joined/self%scale)
+      if (size(place, 2) == before) return
+      joined%of = of
+      joined%corner = placed(self, place)
+      call joined%close_up(still)
+      if (still /= '') return
+      fault = ''
+      triangles = joined
+   end subroutine close_up_corners
 
    !> All bytes of a file.
    subroutine read_bytes(path, bytes, fault)
@@ -145,40 +189,33 @@ contains
       digits = text_checksum(digits)
    end function checksum_of
 
-   !> Corners and triangles in the file's unit; heights are closed with walls and a floor.
-   subroutine find_corners(bytes, spacing, scale, place, of, fault)
-      character(len=*), intent(in) :: bytes
-      real(wp), intent(in) :: spacing(2), scale
-      real(wp), allocatable, intent(out) :: place(:, :)
-      integer, allocatable, intent(out) :: of(:, :)
-      character(len=:), allocatable, intent(inout) :: fault
-      real(wp), allocatable :: height(:, :)
-      if (.not. is_heights(bytes)) then
-         call read_triangles(bytes, place, of, fault)
-         if (fault == '' .and. any(spacing > 0.0_wp)) fault = 'holds triangles; spacing is for heights'
-         return
-      end if
-      call read_heights(bytes, height, fault)
-      if (fault == '') call close_up_heights(height, spacing, scale, place, of, fault)
-   end subroutine find_corners
-
    !> Collective: heights that rank 0 reads from an HDF5 file.
-   subroutine share_heights(communicator, path, height, fault)
+   subroutine share_heights(communicator, path, bytes, map, fault)
       type(communicator_t), intent(in) :: communicator
       character(len=*), intent(in) :: path
-      real(wp), allocatable, intent(out) :: height(:, :)
+      integer, intent(in) :: bytes !< of the file
+      type(height_map_t), intent(out) :: map
       character(len=:), allocatable, intent(inout) :: fault
-      integer :: extent(2)
-      if (communicator%is_root()) call read_height_file(path, height, fault)
+      integer :: extent(2), first_row
+      real(wp) :: said(3)
+      if (communicator%is_root()) call read_height_file(path, bytes, map, fault)
       call communicator%broadcast_text(fault, 0)
       if (fault /= '') return
-      if (communicator%is_root()) extent = shape(height)
+      said = [map%spacing, map%scale]
+      first_row = map%first_row
+      if (communicator%is_root()) extent = shape(map%height)
       call MPI_Bcast(extent, 2, MPI_INTEGER, 0, communicator%comm)
-      if (.not. communicator%is_root()) allocate (height(extent(1), extent(2)))
-      call MPI_Bcast(height, size(height), MPI_DOUBLE_PRECISION, 0, communicator%comm)
+      call MPI_Bcast(first_row, 1, MPI_INTEGER, 0, communicator%comm)
+      call MPI_Bcast(said, 3, MPI_DOUBLE_PRECISION, 0, communicator%comm)
+      if (.not. communicator%is_root()) allocate (map%height(extent(1), extent(2)))
+      call MPI_Bcast(map%height, size(map%height), MPI_DOUBLE_PRECISION, 0, communicator%comm)
+      map%spacing = said(1:2)
+      map%spacing_in_m = said(1) > 0.0_wp
+      map%scale = said(3)
+      map%first_row = first_row
    end subroutine share_heights
 
-   !> Corners and triangles of heights, which must be finite and have distances.
+   !> Corners and triangles of heights, in m, which must be finite and have distances.
    subroutine close_up_heights(height, spacing, scale, place, of, fault)
       real(wp), intent(in) :: height(:, :), spacing(2), scale
       real(wp), allocatable, intent(out) :: place(:, :)
@@ -193,7 +230,7 @@ contains
                  ' heights; allowed: at least 2 by 2'
       else
          call doubt_heights(height, spacing, scale, fault)
-         if (fault == '') call close_heights(height, spacing, place, of)
+         if (fault == '') call close_heights(scale*height, spacing, place, of)
       end if
    end subroutine close_up_heights
 
@@ -210,16 +247,16 @@ contains
               'make the union of the parts'
    end subroutine check_overlap
 
-   !> Corners of the file where they are in the scene: scaled (heights upwards alone), turned about x, then y,
+   !> Corners of the file where they are in the scene: scaled (heights have been), turned about x, then y,
    !> then z, and moved.
    pure function placed(self, place) result(there)
       class(file_shape_t), intent(in) :: self
       real(wp), intent(in) :: place(:, :)
       real(wp) :: there(3, size(place, 2))
-      real(wp) :: turn(3, 3), c, s, factor(3)
+      real(wp) :: turn(3, 3), c, s, factor
       integer :: axis, n, before, after
       factor = self%scale
-      if (any(self%spacing > 0.0_wp)) factor(1:2) = 1.0_wp
+      if (self%is_map) factor = 1.0_wp ! in m already
       turn = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
       do axis = 1, 3
          c = cosine(self%rotation(axis))

@@ -7,7 +7,7 @@ module m_triangles
    use m_vectors, only: cross
    implicit none
    private
-   public :: triangles_t, weld
+   public :: triangles_t, weld, weld_near
 
    integer, parameter, public :: corner_after(3) = [2, 3, 1] !< the next corner of a triangle
    real(wp), parameter :: flat = 1.0e-13_wp !< height over longest edge of a triangle that has no area
@@ -35,14 +35,13 @@ contains
       triangle_count = size(self%of, 2)
    end function triangle_count
 
-   !> Corners at the same place become one; triangles that lose a corner by that go.
+   !> Corners at the same place become one.
    pure subroutine weld(place, of)
       real(wp), allocatable, intent(inout) :: place(:, :) !< (3, corners)
       integer, allocatable, intent(inout) :: of(:, :)     !< (3, triangles): corners by number
       integer, allocatable :: slot(:), number(:)
       integer(i8) :: mask, key
-      integer :: c, kept, t
-      logical, allocatable :: whole(:)
+      integer :: c, kept
       mask = table_mask(size(place, 2))
       allocate (slot(0:mask), source=0)
       allocate (number(size(place, 2)))
@@ -62,13 +61,63 @@ contains
          number(c) = slot(key)
       end do
       place = place(:, :kept)
+      call renumber(number, of)
+   end subroutine weld
+
+   !> Corners take new numbers; triangles that lose one of theirs by that go.
+   pure subroutine renumber(number, of)
+      integer, intent(in) :: number(:) !< of each corner
+      integer, allocatable, intent(inout) :: of(:, :)
+      logical, allocatable :: whole(:)
+      integer :: t
       allocate (whole(size(of, 2)))
       do t = 1, size(of, 2)
          of(:, t) = number(of(:, t))
          whole(t) = of(1, t) /= of(2, t) .and. of(2, t) /= of(3, t) .and. of(3, t) /= of(1, t)
       end do
       of = of(:, pack([(t, t=1, size(of, 2))], whole))
-   end subroutine weld
+   end subroutine renumber
+
+   !> Corners that are no further from each other than `near` become the first of them: each looks among those
+   !> before it in its cell of that size and in the 26 around.
+   pure subroutine weld_near(place, of, near)
+      real(wp), allocatable, intent(inout) :: place(:, :)
+      integer, allocatable, intent(inout) :: of(:, :)
+      real(wp), intent(in) :: near
+      integer, allocatable :: slot(:), next(:), number(:)
+      integer(i8) :: mask, cell(3)
+      integer :: c, kept, other, side
+      mask = table_mask(size(place, 2))
+      allocate (slot(0:mask), source=0)
+      allocate (next(size(place, 2)), source=0)
+      allocate (number(size(place, 2)))
+      kept = 0
+      do c = 1, size(place, 2)
+         cell = floor(place(:, c)/near, i8)
+         number(c) = 0
+         do side = 0, 26
+            other = slot(key_of(cell + [mod(side, 3), mod(side/3, 3), side/9] - 1_i8))
+            do while (other > 0 .and. number(c) == 0)
+               if (norm2(place(:, other) - place(:, c)) <= near) number(c) = other
+               other = next(other)
+            end do
+            if (number(c) > 0) exit
+         end do
+         if (number(c) > 0) cycle
+         kept = kept + 1
+         number(c) = kept
+         place(:, kept) = place(:, c)
+         next(kept) = slot(key_of(cell))
+         slot(key_of(cell)) = kept
+      end do
+      place = place(:, :kept)
+      call renumber(number, of)
+   contains
+      pure integer(i8) function key_of(at)
+         integer(i8), intent(in) :: at(3)
+         key_of = iand(mixed(at), mask)
+      end function key_of
+   end subroutine weld_near
 
    !> Check that every edge has one triangle on each side, that all are oriented outwards and have an area;
    !> then find the normals. `fault` says what is wrong, and is empty where nothing is.

@@ -95,12 +95,12 @@ CASES = {  # name: (content, what the sentence has, what else the tool has)
     "infinite": (bytes(infinite), "has a corner of triangle 4 that is not a finite number", ""),
     "two billion triangles": (bytes(many), "says it has 2000000000 triangles; allowed: 1 to 20000000", ""),
     "cut off": (binary[:-10], "says it has ", ""),
-    "too long": (binary + b"x", "says it has ", ""),
-    "a header alone": (binary[:50], "is no STL (binary or text) and no OBJ file", ""),
+    "too long": (binary + binary, "says it has ", ""),
+    "a header alone": (binary[:50], "is no STL (binary or text), no OBJ file, and", ""),
     "empty": (b"", "is empty", ""),
-    "another format": (b"\x89PNG\r\n\x1a\n" + bytes(200), "says it has ", ""),
+    "another format": (b"\x89PNG\r\n\x1a\n" + bytes(200), "is a picture; allowed: ", ""),
     "a damaged HDF5 file": (b"\x89HDF\r\n\x1a\n" + bytes(200), "is an HDF5 file without", "spacing=1,1, "),
-    "prose": (b"these are no triangles\n" * 20, "is no STL (binary or text) and no OBJ file", ""),
+    "prose": (b"these are no triangles\n" * 20, "is no STL (binary or text), no OBJ file, and", ""),
     "text without its end": (ascii_[: len(ascii_) // 2].encode(), "", ""),
     "text with a word for a number": (
         ascii_.replace("vertex 0 0 0", "vertex 0 zero 0", 1).encode(),
@@ -149,9 +149,9 @@ CASES = {  # name: (content, what the sentence has, what else the tool has)
     ),
     "one row": (b"1 2 3\n", "holds 3 by 1 heights; allowed: at least 2 by 2", "spacing=0.1,0.1, "),
     "changed": (binary, "has been changed: its checksum is ", "checksum='0123456789ABCDEF', "),
-    "decimal commas": (
-        b"0,5\t1,5\t0,5\n" * 3,
-        "line 1: '0,5' has a decimal comma; allowed: decimal points",
+    "decimal commas and points": (
+        b"0,5\t1,5\t0,5\n0.5\t1,5\t0,5\n",
+        "line 2 has commas that are no decimal ones, or points too",
         "spacing=0.1,0.1, ",
     ),
     "corners with decimal commas": (
@@ -170,8 +170,8 @@ CASES = {  # name: (content, what the sentence has, what else the tool has)
         "spacing=0.1,0.1, scale=1e-3, ",
     ),
     "places and heights": (
-        "".join(f"{0.1 * i} {0.1 * j} {i * j}\n" for j in range(4) for i in range(5)).encode(),
-        "holds lines of three numbers whose first two are places, 5 along x and 4 along y",
+        "".join(f"{0.1 * i} {0.1 * j} {i * j}\n" for j in range(4) for i in range(5) if i + j).encode(),
+        "holds lines x y z, but 1 of the 20 places of their grid, 5 along x by 4 along y, are missing",
         "spacing=0.1,0.1, ",
     ),
     "a box in a box": (boxes((1, 0.5)), "overlaps itself: of the 1 m3 inside it 0.125 m3 are", ""),
@@ -225,7 +225,11 @@ BAD_GRAINS = {
     "angles first": (grains(some[:, [3, 4, 5, 0, 1, 2]]), "no angle is above 6.28 in size", ""),
     "seeds in um": (grains(some * [1e6, 1e6, 1e6, 1, 1, 1]), "the seeds lie from", ""),
     "all seeds together": (grains(some * [1e-6, 1e-6, 1e-6, 1, 1, 1]), "the seeds lie from", ""),
-    "angles with commas": (grains(some[:, 3:]).replace(b".", b","), "has a decimal comma", ""),
+    "angles with commas and points": (
+        grains(some[:, 3:]).replace(b".", b",") + b"1.5 2,5 3,5\n",
+        "line 9 has commas that are no decimal ones, or points too",
+        "",
+    ),
 }
 GOOD_GRAINS = {
     "degrees": (grains(some[:, 3:]), ""),

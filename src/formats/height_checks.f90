@@ -1,5 +1,5 @@
-!> Heights that cannot be what they were taken for: the unit forgotten, a number that stands for no value, a
-!> list of places in the shape of a map.
+!> Heights that cannot be what they were taken for: the unit forgotten, a number that stands for no value, one
+!> far from all others.
 module m_height_checks
    use m_kinds, only: wp
    use m_text, only: to_text
@@ -11,7 +11,7 @@ module m_height_checks
    real(wp), parameter :: huge_by_any_unit = 1.0e30_wp
    real(wp), parameter :: stand_ins(6) = [-9999.0_wp, -99999.0_wp, -32768.0_wp, -32767.0_wp, 9999.0_wp, &
                                           99999.0_wp]
-   integer, parameter :: min_places = 4
+   real(wp), parameter :: far_off = 50.0_wp !< a spike is so many times as far from all others as they spread
 
 contains
 
@@ -22,14 +22,8 @@ contains
       real(wp), intent(in) :: scale        !< m, of the file's unit
       character(len=:), allocatable, intent(inout) :: fault
       real(wp) :: width(2), high
-      integer :: nx, ny
-      call look_for_places(height, nx, ny)
-      if (nx > 0) then
-         fault = 'holds lines of three numbers whose first two are places, '//to_text(nx)//' along x and '// &
-                 to_text(ny)//' along y; allowed: the heights alone, a line for each y'
-         return
-      end if
       call look_for_stand_in(height, fault)
+      if (fault == '') call look_for_spike(height, fault)
       if (fault /= '') return
       width = spacing*(shape(height) - 1)
       high = scale*(maxval(height) - minval(height))
@@ -39,64 +33,6 @@ contains
                  to_text(width(1), 3)//' by '//to_text(width(2), 3)//' m; allowed: at most '// &
                  to_text(nint(steepest))//' times as high as wide. scale is the m of the file''s unit'
    end subroutine doubt_heights
-
-   !> Three columns of which the first two are all places of a grid, or at least half of them, each once.
-   subroutine look_for_places(height, nx, ny)
-      real(wp), intent(in) :: height(:, :)
-      integer, intent(out) :: nx, ny !< places along x and y; 0: it is no list of places
-      real(wp), allocatable :: x(:), y(:)
-      logical, allocatable :: taken(:, :)
-      integer :: n, at(2)
-      nx = 0
-      ny = 0
-      if (size(height, 1) /= 3 .or. size(height, 2) < min_places) return
-      call list_values(height(1, :), x)
-      call list_values(height(2, :), y)
-      associate (rows => size(height, 2))
-         if (min(size(x), size(y)) < 2 .or. size(x) > rows/2 .or. size(y) > rows/2) return
-         if (real(size(x), wp)*size(y) > 2.0_wp*rows) return
-         allocate (taken(size(x), size(y)), source=.false.)
-         do n = 1, rows
-            at = [place_of(x, height(1, n)), place_of(y, height(2, n))]
-            if (taken(at(1), at(2))) return
-            taken(at(1), at(2)) = .true.
-         end do
-      end associate
-      nx = size(x)
-      ny = size(y)
-   end subroutine look_for_places
-
-   !> The different values of a list, rising; no more than half of it and one.
-   subroutine list_values(list, values)
-      real(wp), intent(in) :: list(:)
-      real(wp), allocatable, intent(out) :: values(:)
-      integer :: n, at
-      allocate (values(0))
-      do n = 1, size(list)
-         at = place_of(values, list(n))
-         if (at <= size(values)) then
-            if (.not. values(at) > list(n)) cycle
-         end if
-         values = [values(:at - 1), list(n), values(at:)]
-         if (size(values) > size(list)/2) return
-      end do
-   end subroutine list_values
-
-   !> The first place in a rising list whose value is not below.
-   pure integer function place_of(values, value) result(low)
-      real(wp), intent(in) :: values(:), value
-      integer :: high, middle
-      low = 1
-      high = size(values) + 1
-      do while (low < high)
-         middle = (low + high)/2
-         if (values(middle) < value) then
-            low = middle + 1
-         else
-            high = middle
-         end if
-      end do
-   end function place_of
 
    !> A number that programs write where nothing was measured, further from the other heights than these are
    !> from each other.
@@ -126,5 +62,28 @@ contains
          return
       end do
    end subroutine look_for_stand_in
+
+   !> One height that is far from all others, up or down.
+   subroutine look_for_spike(height, fault)
+      real(wp), intent(in) :: height(:, :)
+      character(len=:), allocatable, intent(inout) :: fault
+      logical :: others(size(height, 1), size(height, 2))
+      real(wp) :: lowest, highest, off
+      integer :: at(2), side
+      if (size(height) < 3) return
+      do side = 1, 2
+         at = maxloc(merge(1.0_wp, -1.0_wp, side == 1)*height)
+         others = .true.
+         others(at(1), at(2)) = .false.
+         lowest = minval(height, mask=others)
+         highest = maxval(height, mask=others)
+         off = max(lowest - height(at(1), at(2)), height(at(1), at(2)) - highest)
+         if (.not. (highest > lowest .and. off > far_off*(highest - lowest))) cycle
+         fault = 'holds '//to_text(height(at(1), at(2)), 4)//' at place '//to_text(at(1))//' of row '// &
+                 to_text(at(2))//', far from all others, which are '//to_text(lowest, 4)//' to '// &
+                 to_text(highest, 4)//'. Fill it by its neighbours'
+         return
+      end do
+   end subroutine look_for_spike
 
 end module m_height_checks

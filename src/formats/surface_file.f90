@@ -1,0 +1,91 @@
+!> Which kind of surface the bytes of a file hold, and its triangles or heights. A further format is a file of
+!> its own, and a line here.
+module m_surface_file
+   use m_kinds, only: wp
+   use m_height_grids, only: is_esri_grid, is_surfer_grid, read_esri_grid, read_surfer_grid, foreign_map
+   use m_height_map, only: height_map_t
+   use m_height_matrix, only: take_matrix
+   use m_height_places, only: take_places
+   use m_number_text, only: read_real, number_none
+   use m_obj_file, only: is_obj, read_obj
+   use m_stl_file, only: is_binary_stl, is_text_stl, may_be_stl, read_binary_stl, read_text_stl
+   use m_text_lines, only: lines_t, rows_t, read_rows, with_decimal_points
+   use m_triangle_list, only: triangle_list_t
+   implicit none
+   private
+   public :: read_surface
+
+contains
+
+   !> Triangles, with their corners as they stand, so with doubles; or a map of heights (`is_map`). `fault`
+   !> says what is wrong; empty: nothing.
+   subroutine read_surface(bytes, is_map, place, of, map, fault)
+      character(len=:), allocatable, intent(inout) :: bytes
+      logical, intent(out) :: is_map
+      real(wp), allocatable, intent(out) :: place(:, :) !< (3, corners), in the unit of the file
+      integer, allocatable, intent(out) :: of(:, :)     !< (3, triangles)
+      type(height_map_t), intent(out) :: map
+      character(len=:), allocatable, intent(inout) :: fault
+      type(triangle_list_t) :: found
+      fault = foreign_map(bytes)
+      is_map = .false.
+      if (fault /= '') return
+      call found%begin()
+      if (is_binary_stl(bytes)) then
+         call read_binary_stl(bytes, found, fault)
+      else if (is_text_stl(bytes)) then
+         call read_text_stl(bytes, found, fault)
+      else if (is_obj(bytes)) then
+         call read_obj(bytes, found, fault)
+      else if (is_esri_grid(bytes) .or. is_surfer_grid(bytes) .or. is_heights(bytes)) then
+         is_map = .true.
+         call read_map(bytes, map, fault)
+         return
+      else if (may_be_stl(bytes)) then
+         call read_binary_stl(bytes, found, fault)
+      else
+         fault = 'is no STL (binary or text), no OBJ file, and no map of heights'
+      end if
+      if (fault == '' .and. found%triangles == 0) fault = 'has no triangles'
+      place = found%place(:, :found%corners)
+      of = found%of(:, :found%triangles)
+   end subroutine read_surface
+
+   subroutine read_map(bytes, map, fault)
+      character(len=:), allocatable, intent(inout) :: bytes
+      type(height_map_t), intent(inout) :: map
+      character(len=:), allocatable, intent(inout) :: fault
+      type(rows_t) :: rows
+      type(lines_t) :: start
+      logical :: is_list
+      call with_decimal_points(bytes, fault)
+      if (fault /= '') return
+      if (is_esri_grid(bytes)) then
+         call read_esri_grid(bytes, map, fault)
+      else if (is_surfer_grid(bytes)) then
+         call read_surfer_grid(bytes, map, fault)
+      else
+         call read_rows(bytes, start, rows, fault)
+         if (fault /= '') return
+         call take_places(rows, map, is_list, fault)
+         if (.not. is_list) call take_matrix(rows, map, fault)
+      end if
+   end subroutine read_map
+
+   !> True of a text whose first line that is no comment begins with a number, also one with a decimal comma.
+   logical function is_heights(bytes)
+      character(len=*), intent(in) :: bytes
+      type(lines_t) :: lines
+      real(wp) :: value
+      integer :: at, to, status
+      is_heights = .false.
+      do while (lines%next_line(bytes))
+         if (.not. lines%next_word(bytes, at, to)) cycle
+         if (bytes(at:at) == '#') cycle
+         call read_real(bytes(at:to), value, status)
+         is_heights = status /= number_none
+         return
+      end do
+   end function is_heights
+
+end module m_surface_file

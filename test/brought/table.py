@@ -1,0 +1,361 @@
+"""Files of grains, heights and surfaces as other programs write them: each is read right, a value says so, or
+refused with a sentence that names the file. 40 changed copies of each kind never make the program crash, hang
+or take much memory. The table goes to table.md. usage: table.py READ_SCENE (in an empty directory)"""
+
+import os
+import re
+import resource
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+import writers
+from gimp3d import surfaces
+
+ROOT = Path(__file__).resolve().parents[2]
+MAX_MEMORY = 1e9  # bytes
+CHANGED = 40  # of each kind
+SECONDS = 120 * float(os.environ.get("SLOWNESS", "1"))
+table, failures = [], 0
+
+
+def judge(name, right, seen):
+    global failures
+    failures += not right
+    table.append((name, seen, "yes" if right else "NO"))
+    print(("   " if right else "FAILED: ") + f"{name}: {seen}")
+
+
+GRAINS = """&scene title='{stem}', end_time=1e-12 /
+&grid lower=0,0,0, upper=1e-5,1e-5,1e-5, cell_size=1e-6, boundary=6*'symmetry' /
+&material name='copper', model='cubic', density=8960, c11=170e9, c12=124e9, c44=75e9 /
+&body material='copper', shape='box', lower=0,0,0, upper=1e-5,1e-5,1e-5, particles_per_cell=1 /
+&grains lower=0,0,0, upper=1e-5,1e-5,1e-5, file='{file}'{more} /
+&output directory='out/{stem}' /
+"""
+SURFACE = """&scene title='{stem}', end_time=1e-12 /
+&grid lower=-2e-6,-2e-6,-4e-6, upper=2e-6,2e-6,2e-6, cell_size=4e-7 /
+&material name='m', model='elastic', density=2000, young=1e9, poisson=0.3 /
+&body material='m', shape='surface', file='{file}'{more}, particles_per_cell=1, fill='share' /
+&output directory='out/{stem}', formats='none' /
+"""
+
+
+def stem_of(name):
+    return re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")
+
+
+def run(text):
+    """Status, first sentence, and the first lines of a run."""
+    done = subprocess.run([os.environ["GIMP3D"]], input=text, capture_output=True, text=True, timeout=SECONDS)
+    said = re.findall("^gimp3d: (.*)", done.stderr, re.M)
+    return done.returncode, said[0] if said else "", done.stdout
+
+
+def prepared(text, name, content, more):
+    stem = stem_of(name)
+    Path(f"{stem}.file").write_bytes(content)
+    return stem, text.format(stem=stem, file=f"{stem}.file", more=", " + more if more else "")
+
+
+def refuse(text, name, content, sentence, more=""):
+    stem, scene = prepared(text, name, content, more)
+    status, said, _ = run(scene)
+    good = (
+        status == 2
+        and sentence in said
+        and f"file='{stem}.file'" in said
+        and not Path(f"out/{stem}").exists()
+    )
+    judge(name, good, f"refused: {said}")
+
+
+def grains(name, content, voxels, quaternions, more="", nearest=None):
+    """The grain and the orientation of each particle, beside those that are known."""
+    stem, scene = prepared(GRAINS, name, content, more)
+    status, said, _ = run(scene)
+    if status != 0:
+        return judge(name, False, f"status {status}: {said}")
+    with h5py.File(sorted(Path(f"out/{stem}").glob("particles_*.hdf"))[0]) as file:
+        points, data = file["VTKHDF/Points"][()], file["VTKHDF/PointData"]
+        number, orientation = data["grain"][()].astype(int), data["orientation"][()]
+    if nearest is not None:
+        seeds, weights = nearest
+        power = ((points[:, None, :] - seeds) ** 2).sum(axis=2) - weights**2
+        right = power.argmin(axis=1) + 1
+    else:
+        at = np.minimum((points / 1e-5 * voxels.shape).astype(int), np.array(voxels.shape) - 1)
+        right = voxels[tuple(at.T)]
+    wanted = np.vstack([[1, 0, 0, 0], quaternions])[right]
+    off = np.degrees(2 * np.arccos(np.clip(np.abs((orientation * wanted).sum(axis=1)), 0, 1)))
+    judge(
+        name,
+        bool((number == right).all() and off.max() < 1e-3),
+        f"{(number == right).sum()} of {len(right)} particles in their grain, "
+        f"{len(set(right) - {0})} grains, axes within {off.max():.1e} degrees",
+    )
+
+
+def volume(name, content, exact, more="", bar=1e-2):
+    """The volume of a body of the file."""
+    stem, scene = prepared(SURFACE, name, content, more)
+    status, said, out = run(scene)
+    found = re.search(r"^body .* volume (\S+) m3", out, re.M)
+    if status != 0 or not found:
+        return judge(name, False, f"status {status}: {said}")
+    off = float(found[1]) / exact - 1
+    judge(name, abs(off) < bar, f"volume {float(found[1]):.5g} m3, {100 * off:+.3f} % off")
+
+
+def all_grains():
+    angles, quaternions = writers.rotations(12, 1)
+    chance = np.random.default_rng(2)
+    seeds = chance.uniform(0.05, 0.95, (12, 3))
+    weights = chance.uniform(0.1, 0.3, 12)
+    voxels = chance.integers(0, 13, (10, 5, 2)).astype(int)
+    voxels[0, 0, 0], voxels[1, 0, 0] = 12, 0
+    near = (1e-5 * seeds, 1e-5 * weights)
+    lines = {
+        "bunge_degrees": angles,
+        "bunge_radians": np.radians(angles),
+        "rodrigues": writers.descriptor("rodrigues", angles, quaternions),
+        "rodrigues_inverse": -writers.descriptor("rodrigues", angles, quaternions),
+        "axis_angle": writers.descriptor("axis-angle", angles, quaternions),
+        "quaternion": quaternions,
+        "quaternion_inverse": quaternions * [1, -1, -1, -1],
+        "matrix_inverse": writers.descriptor("rotmat", angles, quaternions),
+        "kocks_degrees": writers.descriptor("euler-kocks", angles, quaternions),
+        "roe_degrees": writers.descriptor("euler-roe", angles, quaternions),
+    }
+    none = np.zeros(12)
+    for form, numbers in lines.items():
+        text = writers.rows(np.column_stack([1e-5 * seeds, numbers]), "%.15e").encode()
+        grains(f"lines x y z and {form}", text, None, quaternions, f"angles='{form}'", (near[0], none))
+    text = writers.rows(np.column_stack([1e-5 * seeds, angles]), "%.9e").replace(".", ",").encode()
+    grains("lines with decimal commas", text, None, quaternions, "", (near[0], none))
+    for form in ("bunge_radians", "rodrigues", "quaternion"):
+        refuse(GRAINS, f"{form} not said", writers.rows(lines[form]).encode(), "allowed: with angles, one of")
+    refuse(GRAINS, "degrees as radians", writers.rows(angles).encode(), "another angles", "angles='radians'")
+    refuse(GRAINS, "no quaternions", writers.rows(2 * quaternions).encode(), "is none", "angles='quaternion'")
+    for name in (
+        "rodrigues",
+        "euler-bunge",
+        "euler-kocks",
+        "euler-roe",
+        "rotmat",
+        "axis-angle",
+        "quaternion",
+    ):
+        made = writers.tess(seeds, weights, name, angles, quaternions)
+        grains(f"Neper .tess, {name}", made, None, quaternions, "", near)
+    made = writers.tess(seeds, weights, "rodrigues", angles, quaternions, ":active")
+    refuse(
+        GRAINS, "Neper .tess, active", made, "for opposite rotations; allowed: with angles, such as 'rodrig"
+    )
+    grains("Neper .tess, active, said", made, None, quaternions, "angles='rodrigues'", near)
+    made = writers.tess(seeds * [2, 1, 1], weights, "rodrigues", angles, quaternions, size=(2.0, 1.0, 1.0))
+    refuse(GRAINS, "Neper .tess of another shape", made, "allowed: a box of the same proportions")
+    size = (0.1, 0.2, 0.5)
+    for how in ("ascii", "binary8", "binary16", "binary16_big", "binary32"):
+        made = writers.tesr(voxels, "rodrigues", angles, quaternions, how, size)
+        grains(f"Neper .tesr, {how}", made, voxels, quaternions)
+    made = writers.tesr(voxels, "quaternion", angles, quaternions, "binary16", size, "beside.raw")
+    grains("Neper .tesr with a file beside it", made, voxels, quaternions)
+    made = writers.dream3d(voxels, angles, size)
+    grains("DREAM.3D", made, voxels, quaternions)
+    grains("DREAM3D-NX", writers.dream3d(voxels, angles, size, nx=True), voxels, quaternions)
+    refuse(GRAINS, "DREAM.3D in degrees", made, "and angles is 'degrees'", "angles='degrees'")
+    made = writers.dream3d(voxels, angles, size, average=False)
+    refuse(GRAINS, "DREAM.3D without features", made, "Find Feature Average Orientations")
+    refuse(GRAINS, "DREAM.3D of another shape", writers.dream3d(voxels, angles), "of the same proportions")
+    changed("Neper", GRAINS, writers.tess(seeds, weights, "rodrigues", angles, quaternions))
+    changed("Neper's voxels", GRAINS, writers.tesr(voxels, "rodrigues", angles, quaternions, voxel=size))
+    changed("DREAM.3D", GRAINS, writers.dream3d(voxels, angles, size))
+
+
+def all_heights():
+    """A hill that no turn or mirror brings onto itself."""
+    spacing = (5e-8, 4e-8)
+    y, x = np.mgrid[:31, :41]
+    heights = 2e-7 * np.exp(-(((x - 12) / 9) ** 2) - ((y - 20) / 6) ** 2) + 3e-9 * x + 1e-9 * y
+    width = np.array([40, 30]) * spacing
+    floor = heights.min() - width.max()
+    cells = (heights[1:, 1:] + heights[1:, :-1] + heights[:-1, 1:] + heights[:-1, :-1]) / 4 - floor
+    exact = cells.sum() * spacing[0] * spacing[1]
+    apart = "spacing=5e-8,4e-8"
+    for name, content, more in (
+        ("heights", writers.matrix(heights), apart),
+        ("heights with decimal commas", writers.matrix(heights, comma=True), apart),
+        ("heights in nm", writers.matrix(1e9 * heights), apart + ", scale=1e-9"),
+        ("Gwyddion's text", writers.gwyddion(heights, spacing), ""),
+        ("Gwyddion's text in nm", writers.gwyddion(heights, spacing, "nm", "nm"), ""),
+        ("lines x y z", writers.places(heights, spacing), ""),
+        ("lines x y z, y first", writers.places(heights, spacing, "yx"), ""),
+        ("lines x y z in no order", writers.places(heights, spacing, "mixed"), apart),
+        ("lines x y z in um", writers.places(1e6 * heights, np.multiply(1e6, spacing)), "scale=1e-6"),
+        ("Surfer's grid", writers.surfer(heights, spacing), ""),
+    ):
+        volume(name, content, exact, more)
+    square = heights * 1.0
+    esri = exact * 5e-8 / 4e-8
+    floor = square.min() - max(40 * 5e-8, 30 * 5e-8)
+    cells = (square[1:, 1:] + square[1:, :-1] + square[:-1, 1:] + square[:-1, :-1]) / 4 - floor
+    esri = cells.sum() * 25e-16
+    volume("ESRI's grid", writers.esri(square, 5e-8), esri)
+    blank = square.copy()
+    blank[3, 4] = -9999
+    refuse(SURFACE, "ESRI's grid with no data", writers.esri(blank, 5e-8), "which stands for no value")
+    refuse(SURFACE, "heights in nm, no scale", writers.matrix(1e9 * heights), "with scale=1 are", apart)
+    spike = heights.copy()
+    spike[4, 5] = 1e-3
+    refuse(SURFACE, "a spike", writers.matrix(spike), "far from all others", apart)
+    made = writers.gwyddion(heights, spacing)
+    refuse(SURFACE, "Gwyddion's text and another scale", made, "and scale is 1e-9", "scale=1e-9")
+    refuse(SURFACE, "Gwyddion's text and another spacing", made, "and spacing is", "spacing=5e-7,4e-7")
+    refuse(SURFACE, "Gwyddion's text in V", made.replace(b"units: m", b"units: V"), "which is no length")
+    refuse(SURFACE, "Gwyddion's own file", b"GWYP" + bytes(200), "gimp3d-post heights FILE", apart)
+    some = b"".join(writers.places(heights, spacing).splitlines(True)[:-7])
+    refuse(SURFACE, "lines x y z, some missing", some, "7 of the 1271 places of their grid")
+    loose = writers.places(heights + 0 * x, spacing).decode().split()
+    loose = np.array(loose, float).reshape(-1, 3)
+    loose[:, :2] += np.random.default_rng(1).uniform(0, 4e-8, (len(loose), 2))
+    refuse(SURFACE, "places that are no grid", writers.rows(loose, "%.9e").encode(), "no places of a", apart)
+    changed("Gwyddion", SURFACE, made)
+    changed("lines x y z", SURFACE, writers.places(heights, spacing))
+    first_rows(heights, spacing)
+
+
+def first_rows(heights, spacing):
+    """The same hill, its first row on top or at the bottom, makes the same case: rows read the wrong way make
+    another one. The number of particles that a body of 16 particles a cell edge has in a corner says which."""
+    counts = {}
+    for name, content, more in (
+        ("bottom", writers.matrix(heights), "spacing=5e-8,4e-8"),
+        ("top", writers.matrix(heights, top=True), "spacing=5e-8,4e-8, first_row='top'"),
+        ("Gwyddion", writers.gwyddion(heights, spacing), ""),
+        ("ESRI", writers.esri(heights, 5e-8), "spacing=5e-8,5e-8"),
+        ("mirrored", writers.matrix(heights, top=True), "spacing=5e-8,4e-8"),
+    ):
+        stem, scene = prepared(SURFACE, "first row " + name, content, more)
+        scene = scene.replace(", formats='none'", "")
+        status, said, _ = run(scene)
+        if status:
+            return judge("first row " + name, False, said)
+        with h5py.File(sorted(Path(f"out/{stem}").glob("particles_*.hdf"))[0]) as file:
+            points = file["VTKHDF/Points"][()]
+            mass = file["VTKHDF/PointData/mass"][()]
+        counts[name] = (points * mass[:, None]).sum(axis=0) / mass.sum()
+    for name in ("top", "Gwyddion"):
+        off = np.abs(counts[name] - counts["bottom"]).max()
+        judge(
+            f"first row, {name}",
+            off < 1e-10,
+            f"centre of mass {1e9 * off:.4f} nm off the one of the rows turned",
+        )
+    off = np.abs(counts["mirrored"] - counts["bottom"]).max()
+    judge("first row, mirrored on purpose", off > 1e-8, f"centre of mass {1e9 * off:.1f} nm off")
+    judge("first row, ESRI", np.sign(counts["ESRI"][1]) == np.sign(counts["bottom"][1]), "on the same side")
+
+
+def all_surfaces():
+    ball = surfaces.sphere(1e-6, 1e-7)
+    ball = ball - [0, 0, 1e-6]  # its centre in the origin
+    corner = ball.reshape(-1, 3, 3)
+    exact = np.abs(np.einsum("ij,ij->i", corner[:, 0], np.cross(corner[:, 1], corner[:, 2])).sum()) / 6
+    big = 1e6 * ball
+    from_here = "scale=1e-6"
+    two = np.concatenate([ball * 0.5 - [8e-7, 0, 0], ball * 0.5 + [8e-7, 0, 0]])
+    for name, content, share, more in (
+        ("STL", writers.binary_stl(ball), 1, ""),
+        ("STL whose header says solid", writers.binary_stl(ball, b"solid made by a program"), 1, ""),
+        ("STL with bytes behind", writers.binary_stl(ball, behind=b"\0" * 37), 1, ""),
+        ("STL as text", writers.text_stl(big), 1, from_here),
+        ("STL as text of two solids", writers.text_stl(1e6 * two, 2), 0.25, from_here),
+        ("STL as text, NUL and Ctrl-Z behind", writers.text_stl(big) + b"\0\x1a\n", 1, from_here),
+        (
+            "STL off by round-off",
+            writers.text_stl(writers.off_by_round_off(big), digits="%.9e"),
+            1,
+            from_here,
+        ),
+        ("OBJ of MeshLab", writers.meshlab(big), 1, from_here),
+        ("OBJ with lines that go on", writers.meshlab(big, continued=True), 1, from_here),
+        ("OBJ with CR LF", writers.meshlab(big, continued=True).replace(b"\n", b"\r\n"), 1, from_here),
+    ):
+        volume(name, content, share * exact, more, 3e-2)
+    inner = np.concatenate([ball, 0.5 * ball])
+    refuse(SURFACE, "a shell in a shell", writers.binary_stl(inner), "overlaps itself")
+    cut = np.concatenate([ball, ball + [1e-6, 0, 0]])
+    refuse(SURFACE, "shells that cut each other", writers.binary_stl(cut), "overlaps itself")
+    wide = writers.text_stl(writers.off_by_round_off(big, 1e-3), digits="%.9e")
+    refuse(SURFACE, "corners far apart", wide, "is not closed", from_here)
+    changed("MeshLab", SURFACE, writers.meshlab(big), from_here)
+    changed("STL", SURFACE, writers.binary_stl(ball))
+
+
+def mutated(content, chance):
+    """A copy with one of the faults that copying, editors and transfers make."""
+    kind = chance.integers(7)
+    at, to = sorted(chance.integers(0, len(content), 2))
+    if kind == 0:
+        return content[:to]
+    if kind == 1:
+        return content[:at] + content[to:]
+    if kind == 2:
+        return content[:to] + content[at:]
+    if kind == 3:
+        return (
+            content[:at]
+            + bytes(chance.integers(0, 256, 1 + chance.integers(8), dtype=np.uint8))
+            + content[at:]
+        )
+    if kind == 4:
+        spot = bytearray(content)
+        for place in chance.integers(0, len(content), 1 + chance.integers(4)):
+            spot[place] = chance.integers(256)
+        return bytes(spot)
+    if kind == 5:
+        return content.replace(b"\n", b"\r\n") if chance.integers(2) else content.replace(b" ", b"\t")
+    digits = [n for n, byte in enumerate(content) if 48 <= byte < 58] or [0]
+    place = digits[chance.integers(len(digits))]
+    return (
+        content[:place] + bytes(chance.choice([b"", b"-", b"999999999", b"1e308", b"nan"])) + content[place:]
+    )
+
+
+def changed(kind, text, content, more=""):
+    """All copies through the reader at once: each has an answer, status 0 or 2, one sentence."""
+    names = []
+    chance = np.random.default_rng(7)
+    for n in range(CHANGED):
+        stem, scene = prepared(text, f"{kind} {n}", mutated(content, chance), more)
+        Path(f"{stem}.nml").write_text(scene)
+        names.append(f"{stem}.nml")
+    try:
+        done = subprocess.run([sys.argv[1], *names], capture_output=True, timeout=SECONDS)
+    except subprocess.TimeoutExpired:
+        return judge(f"{CHANGED} changed files, {kind}", False, "hangs")
+    blocks = done.stdout.decode("latin-1").split("\n== ")
+    statuses = [int(block.split("\n", 1)[0].split()[-1]) for block in blocks if block]
+    short = [b for b, s in zip(blocks, statuses) if s == 2 and b.rstrip("\n").count("\n") != 1]
+    read = statuses.count(0)
+    judge(
+        f"{CHANGED} changed files, {kind}",
+        done.returncode == 0 and len(statuses) == CHANGED and set(statuses) <= {0, 2} and not short,
+        f"{read} read, {statuses.count(2)} refused"
+        + (f": {done.stderr[-300:]!r}" if done.returncode else ""),
+    )
+
+
+all_grains()
+all_heights()
+all_surfaces()
+memory = 1024 * resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+judge("most memory of a process", memory < MAX_MEMORY, f"{memory / 1e6:.0f} MB")
+lines = ["| file | seen | right |", "|---|---|---|"] + [f"| {n} | {s} | {r} |" for n, s, r in table]
+Path("table.md").write_text("\n".join(lines) + "\n")
+print(f"{len(table) - failures} of {len(table)} right")
+sys.exit(failures > 0)
