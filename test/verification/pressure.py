@@ -141,6 +141,41 @@ def turning(ranks):
     check("turning block: balance of energy", rows["balance_error"], 0.01)
 
 
+def traction(follows):
+    """A block that turns about y under a traction on its top, first along x. One that stays gives a momentum
+    of p A t along x. One that turns with the face has a constant torque, so that the angle is known too, and
+    the momentum is the integral of p A (cos, 0, -sin) of it."""
+    pressure, rate = 10.0, 1.0
+    end = 0.5 * math.pi / rate
+    directory = f"traction_{'turns' if follows else 'stays'}"
+    text = (
+        f"&scene title='traction', end_time={end!r} /\n&grid lower=0,0,0, upper=2,2,2, cell_size={CELL} /\n"
+        + LAW
+        + "&body material='soft', shape='box', lower=0.7,0.7,0.75, upper=1.3,1.2,1.35, "
+        "angular_velocity=0,1,0 /\n"
+        + patch([0.7, 0.7, 1.35], [1.3, 1.2, 1.35], pressure).replace(
+            " /\n", f", traction=1,0,0, follows={'.true.' if follows else '.false.'} /\n"
+        )
+        + f"&output directory='{directory}', every={end / 2!r}, history_every=0.01 /\n"
+    )
+    run(text, 1)
+    rows = energy(directory)
+    time, momentum = rows["time"], vector(rows, "momentum")
+    scale = pressure * 0.6 * 0.5 / rate
+    if follows:
+        inertia = rows["mass"][0] * (0.6**2 + 0.6**2) / 12
+        angle = rate * time + 0.5 * pressure * 0.6 * 0.5 * 0.3 / inertia * time**2
+        force = pressure * 0.6 * 0.5 * np.stack([np.cos(angle), 0 * time, -np.sin(angle)], axis=1)
+        steps = 0.5 * (force[1:] + force[:-1]) * np.diff(time)[:, None]
+        exact = np.vstack([np.zeros(3), np.cumsum(steps, axis=0)])
+    else:
+        exact = scale * np.stack([rate * time, 0 * time, 0 * time], axis=1)
+    check(f"{directory}: momentum against the exact one, over p A / omega", (momentum - exact) / scale, 0.015)
+    booked = rows["external_work"][-1] / rows["particle_work"][-1]
+    check(f"{directory}: work booked, off that of the particles' motion", booked - 1, 0.01)
+    check(f"{directory}: balance of energy", rows["balance_error"], 0.015)
+
+
 def pulled_rod(domain, particles, top, pressure, bar):
     """A rod between symmetry sides, pulled (pushed by a `pressure` below 0) at its end and damped: stress E
     ln(stretch) = p, as nu = 0. The work that is booked is that by the motion of the particles. The end is
@@ -230,5 +265,7 @@ if __name__ == "__main__":
     pulled_rod("corners", 1, 1.0, 150e3, 0.01)
     for ranks in (1, 2, 4):
         turning(ranks)
+    for follows in (False, True):
+        traction(follows)
     refused()
     finish()
