@@ -37,10 +37,12 @@ find "$root/gimp3d" -mindepth 1 -maxdepth 1 ! -name build ! -name out -exec rm -
 git ls-files -z --cached --others --exclude-standard | tar -c --null --ignore-failed-read -T - | tar -x -C "$root/gimp3d"
 [ $# -gt 0 ] || set -- sh -c 'make demo && make test'
 
-# Mounts of its own, which end with the command.
+# Mounts of its own, which end with the command; so does /tmp: processes have the numbers of the call before, and mpirun of
+# Open MPI 5 ends at once, with 213 and no word, where one of its number has left its folder in /tmp.
 exec unshare --kill-child --mount --pid --fork env root="$root" HOME=/root LC_ALL=C.UTF-8 \
    PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin sh -c '
    mount -t proc proc "$root/proc"
    mount --rbind /dev "$root/dev"
    [ ! -d /sys/fs ] || mount --rbind /sys "$root/sys"
+   mount -t tmpfs tmpfs "$root/tmp"
    exec chroot "$root" sh -c "cd /gimp3d && sh tools/deps && exec \"\$@\"" sh "$@"' sh "$@"
