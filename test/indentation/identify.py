@@ -12,7 +12,7 @@ import numpy as np
 
 ROOT, GIMP3D = Path(sys.argv[1]), sys.argv[2]
 from gimp3d import identify, instrument_file
-from gimp3d.identification import fit, forward, measured, observed, surrogate, words
+from gimp3d.identification import fit, forward, general, measured, observed, surrogate, words
 from gimp3d.identification.cache import Cache, key_of
 from gimp3d.identification.laws import power_law
 from gimp3d.identification.tips import BadTip, Tip, read_tip
@@ -236,5 +236,69 @@ for words_, part in (
         f"{' '.join(words_)}: {err[:90]}",
         status == 2 and part in err and one_line and not Path("none").exists(),
     )
+
+# ---- the general form: rounds on a made-up model, and on a scene ----
+
+
+class MadeUp:
+    """y = a exp(-b t), of which `bias` is what CHECK changes."""
+
+    def __init__(self, words_, formula, bias=0.0):
+        self.parameters, self.formula, self.bias = general.read_parameters(words_), formula, bias
+        time = np.linspace(0, 3, 40)
+        values = formula(time, *TRUE) + 0.01 * np.random.default_rng(4).standard_normal(40)
+        self.experiments = [general.Experiment("", "made up", [], time, [values], [0.01])]
+
+    def curves(self, points, changes=()):
+        time = self.experiments[0].over
+        numbers = [[p.outer(v) for p, v in zip(self.parameters, x)] for x in points]
+        return [self.formula(time, *n) * (1 + (self.bias if changes else 0)) for n in numbers]
+
+
+TRUE = (2.0, 0.7)
+quiet = lambda *words_, **options: None
+falls = lambda t, a, b: a * np.exp(-b * t)
+model = MadeUp("a=0.5:5,b=0.1:3", falls)
+found = general.fit(model, say=quiet)
+apart = np.abs(found.x - np.log(TRUE)) / np.sqrt(np.diag(found.covariance))
+check(
+    f"a exp(-b t): {np.exp(found.x)}, {apart} sigmas off",
+    np.all(apart < 3) and np.all(np.diag(found.covariance) < 1e-3),
+)
+said = " ".join(general.sentences(model, found))
+check("no CHECK: that is said", "model's own error is not" in said)
+biased = general.fit(
+    MadeUp("a=0.5:5,b=0.1:3", falls, bias=0.05), changes=[("grid", "cell_size", 1.0)], say=quiet
+)
+check("CHECK that changes all by 5 % is 5 % of a", abs(np.sqrt(biased.model[0, 0]) - 0.05) < 0.005)
+product = MadeUp("a=0.5:5,b=0.1:3", lambda t, a, b: a * b * t)
+said = " ".join(general.sentences(product, general.fit(product, say=quiet)))
+check("a b t: a and b are not told apart, and that is said", "Not determined: a with b" in said)
+for words_, part in (("a=1", "LOW:HIGH"), ("a=3:1", "LOW:HIGH"), ("", "no NAME")):
+    try:
+        general.read_parameters(words_)
+        check(f"PARAMETERS={words_} is refused", False)
+    except Unreadable as error:
+        check(f"PARAMETERS={words_} is refused: {error}", part in str(error))
+here = ROOT / "input/identification"
+given = [
+    f"SCENE={here}/relaxation.nml", f"DATA={here}/relaxation.csv", f"PROGRAM={GIMP3D}", "ROUNDS=1",
+    "OUT=relaxation",
+    "COLUMNS=tool_ball.time:time,tool_ball.load_z:load", "CORES=1",
+]  # fmt: skip
+status, out, err = command(*given, "PARAMETERS=young=2e9:4e9", "FIX=g1=0.3,g2=0.4,t1=1,t2=20")
+check(f"a scene {err}", status == 0 and "Plan: 3 runs in 1 rounds" in out)
+young = json.loads(Path("relaxation/answer.json").read_text())["parameters"]["young"]
+check(f"its modulus: {young / 1e9:.3f} GPa of 3", abs(young / 3e9 - 1) < 0.03)
+check(
+    f"its page: {Page('relaxation/identification.html').faults}",
+    not Page("relaxation/identification.html").faults,
+)
+for words_, part in (
+    (["PARAMETERS=young=2e9:4e9"], "@t1@"),
+    (["PARAMETERS=young=2e9:4e9", "FIX=g1=0.3,g2=0.4,t1=1,t2=zwanzig"], "FIX"),
+):
+    status, _, err = command(*given, *words_)
+    check(f"{' '.join(words_)}: {err[:80]}", status == 2 and part in err and len(err.splitlines()) == 1)
 
 sys.exit(f"{len(faults)} failed" if faults else 0)

@@ -171,7 +171,8 @@ class Problem:
         covariance = np.linalg.inv(information)
         draws, weights, values = self.sample(best.x, covariance, root, seed)
         chi2 = float(self.chi2(best.x, root))
-        inside = values <= min(chi2, values.min()) + ABOVE
+        least = float(values.min())  # the optimum may lie at, or beyond, the edge of what the runs cover
+        inside = values <= (least if least > chi2 + 0.5 else min(chi2, least)) + ABOVE
         result = Answer(
             np.array([np.exp(best.x[0]), np.exp(best.x[1]), max(best.x[2], 0.0)]), covariance, chi2,
             max(len(self.values) - 3, 0), draws, weights, inside, jacobian,

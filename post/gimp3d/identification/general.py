@@ -113,7 +113,7 @@ def filled(text, values, law="power"):
         )
     for name, value in values.items():
         text = text.replace(f"@{name}@", f"{value:.9g}")
-    left = re.search(r"@(\w+)@", text)
+    left = re.search(r"@(\w+)@", re.sub(r"!.*", "", text))  # comments may name them
     if left:
         raise Unreadable(f"the scene has @{left[1]}@, which is neither in PARAMETERS nor in FIX")
     return text
@@ -334,7 +334,10 @@ def identify(job):
     fixed = {}
     for word in filter(None, settings.get("FIX", "").split(",")):
         name, _, value = word.partition("=")
-        fixed[name] = float(value)
+        try:
+            fixed[name] = float(value)
+        except ValueError:
+            raise Unreadable(f"FIX={word}: not NAME=VALUE")
     parameters = read_parameters(settings["PARAMETERS"])
     cores = int(job.number("CORES", 0)) or None
     folder = Path(settings.get("OUT", "out/identify"))

@@ -7,7 +7,7 @@ Features of a run, all of them smooth and near constant over the materials:
 The model's error has two parts. The scatter of the runs about the polynomials is each tip's own. What finer
 cells and slower tools change (pairs of runs; first order in the size of the cells and in the speed) is
 corrected in C, and half of the correction counts as an uncertainty that all tips share; of the way back what
-the pairs differ by is the uncertainty."""
+the pairs change on average, with its scatter, is the uncertainty."""
 
 from dataclasses import dataclass
 
@@ -82,7 +82,7 @@ class Fitted:
 def fit_feature(ratio, exponent, value):
     """The degree with the least error where a run is left out."""
     best = None
-    for degree in (1, 2, 3, 4):
+    for degree in (1, 2, 3, 4, 5):
         rows = basis(ratio, exponent, degree)
         count, terms = rows.shape
         if count < terms + 4:
@@ -156,7 +156,8 @@ class Surrogate:
 
 def correct(models):
     """Give all tips the correction of all their pairs: the mean, as far as it is beyond its own scatter. The
-    way back is not corrected; its uncertainty is what the pairs differ by."""
+    way back is not corrected; its uncertainty is their mean, with its scatter: that of single runs is in the
+    polynomials'."""
     shift, variance = np.zeros(FEATURES), np.zeros(FEATURES)
     apart = [np.zeros(FEATURES) for _ in models]
     for what, unknown in UNKNOWN.items():
@@ -169,9 +170,9 @@ def correct(models):
         mean = (change * reach).mean(axis=0)
         error = (change * reach).std(axis=0, ddof=1) / np.sqrt(len(change))
         known = np.maximum(1 - (error / np.where(mean == 0, 1e-12, mean)) ** 2, 0.0)
-        differ = np.sqrt(np.mean(change**2, axis=0))
+        differ = np.mean(change, axis=0) ** 2 + change.var(axis=0, ddof=1) / len(change)
         shift += np.where(CORRECTED, known * mean, 0.0)
-        variance += np.where(CORRECTED, error**2 + (SHARE_LEFT * known * mean) ** 2, differ**2)
+        variance += np.where(CORRECTED, error**2 + (SHARE_LEFT * known * mean) ** 2, differ)
         for number, model in enumerate(models):
             if what in model.changes:
                 own_changes = model.changes[what][0]
