@@ -25,16 +25,22 @@ fuzz:
 	@$(MAKE) --no-print-directory $(jobs) BUILD=fuzz tests TESTS=input
 	@test/input/fuzz.sh $(or $(SECONDS),600)
 
-### bench        time the benchmark scenes (performance.md); BENCH="block contact"
+## A commit is built once, in a tree of its own; a program is taken as it is.
+before_tree = $(build)/before/$(shell git rev-parse --short "$(BEFORE)^{commit}" 2>/dev/null)
+before = $(if $(BEFORE),$(if $(wildcard $(BEFORE)),$(BEFORE),$(before_tree)/$(build)/gimp3d))
+
+## bench        time the benchmark scenes (performance.md); BENCH="before" BEFORE=a commit
 # time the benchmark scenes: the tables of doc/user/performance.md; BENCH="block growth" makes these tables
-# only
+# only; BENCH=before BEFORE=v0.2.0 times users' scenes beside that commit (or program)
 bench:
 	$(look)
 	@$(MAKE) --no-print-directory $(jobs) tests TESTS=performance
+	@[ -z '$(before)' ] || [ -x '$(before)' ] || \
+	   { git worktree add --detach $(before_tree) "$(BEFORE)" && $(MAKE) --no-print-directory $(jobs) -C $(before_tree) BUILD=$(BUILD); }
 	@[ -z '$(filter halo,$(or $(BENCH),halo))' ] || ! $(PKG_CONFIG) --exists caf-openmpi || \
 	   $(MAKE) --no-print-directory $(jobs) HALO=coarray build/$(BUILD)_coarray/test/performance/halo
 	@$(mpi) $(python) test/performance/bench.py $(build)/bench $(build)/gimp3d $(build)/test/performance $(if $(BENCH),--only $(BENCH)) \
-	   $(if $(BEFORE),--before $(BEFORE)) --coarrays build/$(BUILD)_coarray/test/performance \
+	   $(if $(before),--before $(before)) --coarrays build/$(BUILD)_coarray/test/performance \
 	   --build '$(version); $(flags).'
 
 ### effects      what effects cost scenes without them; SCENES="cone demo"

@@ -5,16 +5,19 @@ doc/user/performance.md.
 usage: bench.py WORK GIMP3D TOOLS [--repeats N] [--only TABLE ...] [--build TEXT] [--before GIMP3D]
 [--coarrays FOLDER]
 
-TOOLS is the folder of the programs probe, barrier, ranks, halo and laws. TABLE is one of block, contact,
-compliance, pairs, growth, large, levels, model, checkpoint, guard, laws, taichi, halo (all when none is
-named).
+TOOLS is the folder of the programs probe, barrier, ranks, halo and laws. TABLE is one of before, tips, block,
+contact, compliance, pairs, growth, large, levels, model, checkpoint, guard, laws, taichi, halo (all when none
+is named).
+before   scenes as users run them (users.py), beside the program that --before names, in user time
+tips     a tip of 4224, 10^5 and 10^6 triangles beside the same tip as a cone: what contact takes
 block    an elastic block of 32 x 32 x 32 cells in motion: moved along (ordered), deforming as it hits a wall
          (impact) or tumbling (disordered), 1 and 8 particles a cell, affine and plain transfer, 1 and 2 ranks
 contact  E2 and E3, over the run and over the last tenth of their depth
 compliance  E2 on 2 ranks: what the compliance of contact points does to the time for contact, to the load and
 to the overlap
 pairs    2 ranks against two independent copies of 1 rank run side by side, and against one
-growth   10^5 to 4 x 10^6 particles, disordered, 1 rank
+growth   10^5 to 4 x 10^6 particles, 1 rank: disordered; metal that flows, on one grid and on two to four
+         levels
 large    16 million particles, a few steps, 2 ranks
 levels   E4 on three nested levels: 1 and 2 ranks measured, 4, 6, 9 as messages, bytes and balance of a rank,
 and a model
@@ -41,6 +44,8 @@ import statistics
 import subprocess
 import sys
 import time
+
+import users
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PHASES = [
@@ -411,23 +416,99 @@ def table_pairs(bench):
         )
 
 
-def table_growth(bench):
-    head(['particles', 'steps', 'ns an update', 'of the smallest', 'B/particle'])
-    steps = 60  # of all: a body that tumbles longer is in greater disorder
-    rounds = bench.in_turn(
-        1, [lambda out, n=n: block_scene(n, 8, 'disordered', 'affine', steps, out) for n in (24, 32, 50, 79)]
-    )
-    steps_only = [[stepping(c) for c in costs] for costs in rounds]
-    for i, c in enumerate(rounds[0]):
+def table_before(bench):
+    """Scenes of users.py by the program of --before and by this one, in turn."""
+    if not bench.before:
+        print('left out: no program to compare with (BEFORE=a commit or a program)')
+        return
+    head(['scene', 'before [s]', 'now [s]', 'times faster', 'least to most'])
+    for name, scene in users.scenes().items():
+        out = bench.out()
+        rounds = [
+            [users.user_time(program, scene, out) for program in (bench.before, bench.gimp3d)]
+            for _ in range(bench.repeats)
+        ]
+        ratios = [a / b for a, b in rounds]
         row(
             [
-                f'{c["particles"]:.0f}',
-                str(steps),
-                f'{statistics.median(s[i] for s in steps_only):.1f}',
-                f'{statistics.median(s[i] / s[0] for s in steps_only):.2f}',
-                f'{c["bytes"]:.0f}',
+                name,
+                *(f'{statistics.median(column):.2f}' for column in zip(*rounds)),
+                f'{statistics.median(ratios):.2f}',
+                f'{min(ratios):.2f} to {max(ratios):.2f}',
             ]
         )
+    print(f'\nUser time of the processor, 1 rank, medians of {bench.repeats} rounds in turn.')
+
+
+def table_tips(bench):
+    """Seconds of user time for contact: its share of the elapsed time, of the user time without the start."""
+    head(['levels', 'tip', 'contact [s]', 'over the cone', 'all of the run [s]', 'MB'])
+    kinds = {'cone': "shape='cone', half_angle=70.3"}
+    for triangles in (4224, 100000, 1000000):
+        path = bench.work / f'tip_{triangles}.stl'
+        kinds[f'{users.cone_file(path, triangles)} triangles'] = f"shape='surface', file='{path}'"
+
+    def read(log):
+        costs = read_costs(log)
+        memory = float(re.search(r'^memory: (\S+) MB', log, re.M)[1])
+        once = sum(costs.get(phase, 0.0) for phase in ONCE)
+        return costs['contact'] / costs['all'], once / costs['all'], memory
+
+    for levels in (1, 3):
+        rounds = [
+            [
+                users.user_time(bench.gimp3d, users.tip(levels, kind), bench.out(), read)
+                for kind in kinds.values()
+            ]
+            for _ in range(bench.repeats)
+        ]
+        spent = [[seconds * shares[0] for seconds, shares in runs] for runs in rounds]
+        for n, name in enumerate(kinds):
+            row(
+                [
+                    str(levels),
+                    name,
+                    f'{statistics.median(s[n] for s in spent):.2f}',
+                    f'{statistics.median(s[n] / s[0] for s in spent):.1f}',
+                    f'{statistics.median(runs[n][0] for runs in rounds):.1f}',
+                    f'{rounds[0][n][1][2]:.0f}',
+                ]
+            )
+
+
+def table_growth(bench):
+    head(['scene', 'particles', 'steps', 'ns an update', 'of the smallest', 'B/particle'])
+    steps = 60  # of all: a body that tumbles longer is in greater disorder
+    growing = {
+        'elastic, tumbling': [
+            lambda out, n=n: block_scene(n, 8, 'disordered', 'affine', steps, out) for n in (24, 32, 50, 79)
+        ],
+        'j2, flowing': [
+            lambda out, n=n: users.block(n, users.METAL, 'flowing', steps).replace('OUT', str(out))
+            for n in (24, 50, 79)
+        ],
+        **{
+            f'j2, flowing, {levels} levels': [
+                lambda out, n=n, levels=levels: users.nested_block(levels, n).replace('OUT', str(out))
+                for n in ((24, 48, 72) if levels == 2 else (16, 32, 56))
+            ]
+            for levels in (2, 3, 4)
+        },
+    }
+    for name, makers in growing.items():
+        rounds = bench.in_turn(1, makers)
+        steps_only = [[stepping(c) for c in costs] for costs in rounds]
+        for i, c in enumerate(rounds[0]):
+            row(
+                [
+                    name,
+                    f'{c["particles"]:.0f}',
+                    str(c['steps']),
+                    f'{statistics.median(s[i] for s in steps_only):.1f}',
+                    f'{statistics.median(s[i] / s[0] for s in steps_only):.2f}',
+                    f'{c["bytes"]:.0f}',
+                ]
+            )
     print(
         '\nIn turn; ratios are medians of those of each round. Without start and end of the run, which few '
         'steps do not repay.'
@@ -740,13 +821,15 @@ def table_taichi(bench):
         )
         return
     cells, steps = 30, 120
-    pairs = []
+    rounds = []
     for _ in range(bench.repeats):
-        scene = (
-            block_scene(cells, 8, 'disordered', 'affine', steps, bench.out())
-            .replace("model='elastic'", "model='neo_hookean'")
-            .replace("transfer='affine'", "transfer='affine', domain='fixed'")
+        tumbling = block_scene(cells, 8, 'disordered', 'affine', steps, bench.out()).replace(
+            "model='elastic'", "model='neo_hookean'"
         )
+        ours = [
+            stepping(bench.run(1, tumbling.replace("transfer='affine'", how)))
+            for how in ("transfer='affine', domain='fixed'", "transfer='affine'")
+        ]
         said = [
             subprocess.run(
                 [python, ROOT / 'test/performance/taichi_mpm.py', str(cells), str(steps), *how],
@@ -756,31 +839,25 @@ def table_taichi(bench):
             ).stdout
             for how in ([], ['atomic'])
         ]
-        pairs.append(
-            (
-                stepping(bench.run(1, scene)),
-                *(float(re.search(r'([\d.]+) ns an update', text)[1]) for text in said),
-            )
-        )
-    head(['program', 'update [ns]', 'million updates/s and core', 'over gimp3d, median of rounds'])
-    ours, theirs, atomic = (statistics.median(column) for column in zip(*pairs))
-    row(['gimp3d, neo_hookean', f'{ours:.0f}', f'{1e3 / ours:.2f}', '1'])
-    row(
-        [
+        rounds.append([*ours, *(float(re.search(r'([\d.]+) ns an update', text)[1]) for text in said)])
+    head(['program', 'update [ns]', 'million updates/s and core', 'over fixed domains', 'over the default'])
+    for n, name in enumerate(
+        (
+            "gimp3d, neo_hookean, domain='fixed'",
+            'gimp3d, neo_hookean, by default (corners)',
             'taichi, MLS-MPM, the same law',
-            f'{theirs:.0f}',
-            f'{1e3 / theirs:.2f}',
-            f'{statistics.median(b / a for a, b, _ in pairs):.2f}',
-        ]
-    )
-    row(
-        [
             'the same, sums as several cores need them',
-            f'{atomic:.0f}',
-            f'{1e3 / atomic:.2f}',
-            f'{statistics.median(c / a for a, _, c in pairs):.2f}',
-        ]
-    )
+        )
+    ):
+        time_of = statistics.median(r[n] for r in rounds)
+        row(
+            [
+                name,
+                f'{time_of:.0f}',
+                f'{1e3 / time_of:.2f}',
+                *(f'{statistics.median(r[n] / r[k] for r in rounds):.2f}' for k in (0, 1)),
+            ]
+        )
 
 
 def table_guard(bench):
@@ -944,6 +1021,8 @@ def main():
     bench.coarrays = args.coarrays and args.coarrays.resolve() / 'halo'
     begun = time.time()
     tables = {
+        'before': table_before,
+        'tips': table_tips,
         'block': table_block,
         'contact': table_contact,
         'compliance': table_compliance,
