@@ -37,6 +37,9 @@ references = {
     "hertz": "sphere_hypo_h0.1.csv",
     "cone_cylinder": "cone_hypo_h0.05.csv",
     "flat_cylinder": "flat_hypo_h0.05.csv",
+    "cone": "E2_cone_hypo_h0.024.csv",
+    "sphere_levels": "E3_sphere_hypo_h0.15.csv",
+    "cone_levels": "E4_cone_hypo_h0.012.csv",
 }
 
 

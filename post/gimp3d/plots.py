@@ -115,8 +115,17 @@ class Run:
 # ------------------------------------------------------------------------------------------------------------
 
 
+def own_references(run):
+    """The finite elements that stand for a scene of the thesis, by the first word of its title (E2: ...)."""
+    folder = Path(__file__).resolve().parents[2] / "test" / "references" / "fem"
+    finest = {"E2:": "E2_cone_hypo_h0.024", "E3:": "E3_sphere_hypo_h0.15", "E4:": "E4_cone_hypo_h0.012"}
+    path = folder / f"{finest.get(run.title.split(' ')[0], '-')}.csv"
+    return [path] if path.is_file() else []
+
+
 def draw_load_depth(run, options):
     drawn = False
+    options.finite_elements = options.finite_elements or own_references(run)
     for tool in run.tools:
         history = run.tool_history(tool)
         if history is None or history.rows == 0:

@@ -10,6 +10,6 @@ cp "$ROOT/test/report/readers.nml" .
 status=0
 "$PYTHON" -m gimp3d nonsense 2>said.log || status=$?
 [ $status -eq 2 ] && grep -q "no command 'nonsense'; the commands are plots" said.log || fail 'an unknown command'
-for name in plots report hardness error_bar study solve identify movie closeup tool_surface pole_figure gallery benchmarks surfaces; do
+for name in plots report hardness error_bar study solve identify movie closeup tool_surface pole_figure gallery benchmarks surfaces heights; do
    "$PYTHON" -m gimp3d $name --help | grep -q "^usage: gimp3d-post $name" || fail "gimp3d-post $name --help"
 done
