@@ -9,7 +9,7 @@ from pathlib import Path
 
 from . import scene_text
 from .run_data import History, Particles, Unreadable, read_namelists, snapshot_paths
-from .run_log import RunLog
+from .run_log import log_of, numbers_of
 
 
 class RunFailed(Exception):
@@ -113,8 +113,7 @@ class Run:
 
     @property
     def log(self):
-        path = self.directory / "run.log"
-        return RunLog(path.read_text() if path.is_file() else "")
+        return log_of(self.directory)
 
     @property
     def finished(self):
@@ -128,6 +127,12 @@ class Run:
             for path in self.directory.glob("*.dat")
             if not path.stem.startswith(("particles_", "outline_"))
         )
+
+    @property
+    def facts(self):
+        """Figures of the run's end by name and unit (cost.dat): numbers where they are numbers."""
+        facts = self.log.facts
+        return {**facts, **numbers_of(facts)}
 
     def history(self, name):
         """A history by its name without .dat: columns as arrays, `units`, `frame()`."""

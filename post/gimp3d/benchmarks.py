@@ -20,7 +20,6 @@ import argparse
 import hashlib
 import json
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -30,7 +29,7 @@ from pathlib import Path
 from . import benchmark_cases
 from . import benchmark_table
 from .run_data import Unreadable
-from .run_log import RunLog
+from .run_log import log_of
 
 
 class Trouble(Exception):
@@ -103,18 +102,16 @@ class Book:
         fault = "" if done.returncode == 0 else said[0][8:] if said else f"exit status {done.returncode}"
         if done.returncode not in (0, 3):
             raise Trouble(f"{directory}/scene.nml: {fault}")
-        log = (directory / "run.log").read_text(errors="replace")
-        particles = re.search(r"^particles +(\d+)", log, re.M)
-        version = re.search(r"^program +(?:gimp3d )?([\w.]+)", log, re.M)
+        log = log_of(directory)
         record = {
             "scene": digest(text),
             "program": self.program,
-            "version": version[1] if version else "",
+            "version": log.facts.get("program", ""),
             "ranks": self.options.ranks,
             "seconds": round(seconds, 1),
-            "particles": int(particles[1]) if particles else None,
+            "particles": int(log.facts["particles_at_start"]) if "particles_at_start" in log.facts else None,
             "fault": fault,
-            "end": RunLog(log).verdict,
+            "end": log.verdict,
         }
         partial = directory / ".benchmark.json.part"
         partial.write_text(json.dumps(record, indent=1) + "\n")

@@ -28,7 +28,7 @@ from . import report
 from .report_page import badge, join, tag, whole
 from .report_worth import compare, look
 from .run_data import Unreadable, read_namelists
-from .run_log import RunLog
+from .run_log import log_of
 from .scene_text import Scene, group_start
 
 references = {
@@ -67,10 +67,7 @@ class Entry:
     def has_result(self):
         """Whether a run of this scene, as it stands, has come to its end."""
         case, log = self.directory / "case.nml", self.directory / "run.log"
-        if (
-            not (case.is_file() and log.is_file())
-            or RunLog(log.read_text(errors="replace")).state != "finished"
-        ):
+        if not (case.is_file() and log.is_file()) or log_of(self.directory).state != "finished":
             return False
         try:
             ran = read_namelists(case)

@@ -64,9 +64,9 @@ class Report:
         self.problems, self.missing, self.drawn = [], [], []  # the pictures that the page has
         self.run = plots.Run(directory, self.read("case.nml", read_namelists) or {})
         said = self.read("run.log", lambda path: path.read_text(errors="replace"))
-        self.log = None if said is None else RunLog(said)
         self.energy = self.read("energy.dat", History)
         self.cost = self.read("cost.dat", History)
+        self.log = None if said is None else RunLog(said, self.notes)
         self.tools = {}
         for tool in self.run.tools:
             history = self.read(f"tool_{tool['name'][0]}.dat", History)
@@ -151,7 +151,6 @@ class Report:
         return self.attempt(
             "the verdicts",
             lambda: judge(
-                self.log,
                 self.notes,
                 self.energy,
                 [one for _, one in self.tools.values()],

@@ -1,12 +1,12 @@
 """What the accuracy of a run is worth: its own figures beside the limits of doc/user/output.md, "How to judge
 a run"."""
 
-import re
 from dataclasses import dataclass
 
 import numpy as np
 
 from . import indentation
+from .run_log import numbers_of
 
 good, look, compare = "good", "look at it", "compare"
 
@@ -42,37 +42,35 @@ def percent(share):
     return f"{100 * share:.3g} %"
 
 
-def judge(log, notes, energy, tools, answer=None):
+def judge(notes, energy, tools, answer=None):
     """The rows that can be made of what is there.
 
-    log     RunLog, or None
     notes   AUXDATA of cost.dat (texts)
     energy  History of energy.dat, or None
     tools   histories of tools (History)
     answer  what make hardness has found (hardness.json), or None
     """
-    figures = {name: float(text) for name, text in notes.items() if re.fullmatch(r"[-+.\deE]+", text)}
+    figures = numbers_of(notes)
     rows = [
-        *contact(log, figures),
+        *contact(figures),
         *balances(figures),
         kinetic(energy, tools, answer or {}),
         *conserved(figures, energy),
         stress_error(figures),
         expected(figures),
-        retries(log),
+        retries(figures),
     ]
     return [row for row in rows if row]
 
 
-def contact(log, figures):
-    found = log and log.find(r"^contact: largest residual (\S+) \(relative\), (\d+) steps above")
-    solves = log and log.find(r"^contact: (\d+) solves")
-    if found and solves:
-        residual, above = float(found[1]), int(found[2])
-        few = above <= many_steps * int(solves[1]) and residual <= most_residual
+def contact(figures):
+    if "contact_largest_residual" in figures:
+        residual, above = figures["contact_largest_residual"], figures["contact_steps_above_tolerance"]
+        solves = figures["contact_solves"]
+        few = above <= many_steps * solves and residual <= most_residual
         yield Judgement(
             "contact residual",
-            f"{residual:.3g} (relative), {above} of {solves[1]} solves above the tolerance",
+            f"{residual:.3g} (relative), {above:.0f} of {solves:.0f} solves above the tolerance",
             "no more than single steps above the tolerance",
             good if few else look,
             "larger max_iterations in &contact, or a smaller safety",
@@ -107,7 +105,7 @@ def balances(figures):
             "energy_balance_error_J",
             "energy balance error",
             most_balance,
-            "see where it grows in the energies; if energy comes from nowhere, a smaller safety",
+            "see where it grows in the energies; if energy grows without a cause, a smaller safety",
         ),
         ("work_apart_of_effects_J", "work of effects", most_apart_effects, remedy),
         ("work_apart_of_tools_J", "work of tools", most_apart_tools, remedy),
@@ -213,15 +211,14 @@ def expected(figures):
     )
 
 
-def retries(log):
-    found = log and log.find(r"^guard: (.+)$")
-    if not found:
+def retries(figures):
+    if "retries" not in figures:
         return None
-    none = found[1] == "no retries"
+    count = int(figures["retries"])
     return Judgement(
         "faults",
-        found[1],
+        {0: "no retries", 1: "1 retry"}.get(count, f"{count} retries"),
         "no retries",
-        good if none else look,
+        look if count else good,
         "see the warnings: what the fault was, and with which steps the run went on",
     )

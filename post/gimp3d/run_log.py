@@ -1,8 +1,11 @@
-"""What a run said: run.log, taken apart."""
+"""A run's log, and what cost.dat says of how it ended.
+
+The log is for people: lines that begin with a word (`grid`, `WARNING`, `retry 1`), which are shown as they are.
+Numbers are read from the AUXDATA of cost.dat, which is written where a run ends by itself."""
 
 import re
+from pathlib import Path
 
-numbers = re.compile(r"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")
 alarms = re.compile(r"(WARNING: |warning  |range  |retry \d+: |run\.lock  )")
 head = "gimp3d: "
 
@@ -11,52 +14,46 @@ class RunLog:
     """A log. A run that went on from a checkpoint in place has an introduction for each start: facts are
     those of the last, alarms those of all.
 
+    facts     of cost.dat (name -> text); empty where it is not there
     verdict   the sentence that says how it ended; empty where nothing says so
     state     finished, stopped (wall limit, signal), fault, or open: still going on, or killed
     alarms    lines that warn, in their order, each once
     starts    numbers of times that the program was started
     """
 
-    def __init__(self, text):
+    def __init__(self, text, facts=None):
+        self.facts = facts or {}
         self.lines = text.splitlines()
         begins = [
             n
             for n, line in enumerate(self.lines)
             if line.startswith(head)
             and n + 1 < len(self.lines)
-            and re.match(r"(program|grid)  ", self.lines[n + 1])
+            and self.lines[n + 1].startswith(("program  ", "grid  "))
         ]
         self.starts = len(begins)
         self.last = self.lines[begins[-1] :] if begins else self.lines
         self.alarms = list(dict.fromkeys(line for line in self.lines if alarms.match(line)))
         self.verdict, self.reached = self._end()
-        self.state = (
-            "open"
-            if not self.verdict
-            else (
-                "finished"
-                if self.verdict.startswith("finished: ")
-                else "fault"
-                if self.verdict.startswith("stopped: ")
-                else "stopped"
-            )
-        )
+        ends = {
+            "finished: ": "finished",
+            "stopped: ": "fault",
+        }  # of runs before 0.3.0, whose cost.dat does not say
+        before = next((state for start, state in ends.items() if self.verdict.startswith(start)), "stopped")
+        self.state = self.facts.get("outcome", before) if self.verdict else "open"
 
     def _end(self):
-        """The verdict and the line below it: steps, time reached, time it took."""
-        for before, line in zip(self.last, self.last[1:]):
-            if before and re.fullmatch(r"\d+ steps to .+ in .+", line):
-                return before, line
+        """The closing summary's first two lines, behind an empty one: the verdict; steps, time reached, time
+        it took."""
+        for n, line in enumerate(self.last):
+            if not line and len(self.last) > n + 2 and self.last[n + 2].split(" ")[1:3] == ["steps", "to"]:
+                return self.last[n + 1], self.last[n + 2]
         return "", ""
 
     def said(self, word):
         """What the introduction says behind a word (`grid`, `particles`, ...); empty where it does not."""
-        found = next((line for line in self.last if re.match(rf"{word}  ", line)), "")
+        found = next((line for line in self.last if line.startswith(f"{word}  ")), "")
         return found[len(word) :].strip()
-
-    def find(self, pattern):
-        """The first line of the last start in which this is found, as a match; None where there is none."""
-        return next(filter(None, (re.search(pattern, line) for line in self.last)), None)
 
     @property
     def title(self):
@@ -64,10 +61,32 @@ class RunLog:
 
     @property
     def ranks(self):
-        found = self.find(r"^particles +\d+ on (\d+) rank")
-        return int(found[1]) if found else None
+        return int(self.facts["ranks"]) if "ranks" in self.facts else None
 
     @property
     def progress(self):
         """The last line of progress."""
-        return next((line for line in reversed(self.last) if re.match(r"step \d+ ", line)), "")
+        return next((line for line in reversed(self.last) if line.startswith("step ")), "")
+
+
+def log_of(directory):
+    """The log of a run's directory; empty where there is none."""
+    path, cost = Path(directory) / "run.log", Path(directory) / "cost.dat"
+    text = path.read_text(errors="replace") if path.is_file() else ""
+    return RunLog(text, facts_of(cost) if cost.is_file() else None)
+
+
+def numbers_of(facts):
+    """Those of the facts that are numbers."""
+    found = {}
+    for name, text in facts.items():
+        try:
+            found[name] = float(text)
+        except ValueError:
+            pass
+    return found
+
+
+def facts_of(path):
+    """What the head of a table says: `AUXDATA name="value"`, as texts."""
+    return dict(re.findall(r'^AUXDATA (\w+)="(.*)"$', Path(path).read_text(), re.M))

@@ -11,6 +11,7 @@ import subprocess
 import time
 
 from .run_data import Unreadable, depth_of
+from .run_log import facts_of as notes_of
 from .study_scene import add_probes, scene_of
 
 session = time.strftime("%Y-%m-%dT%H:%M:%S")
@@ -166,11 +167,6 @@ class Run:
             self.record[name] = int(said[name]) if name in said else None
         self.record["megabytes"] = said.get("megabytes")
         return said["seconds"]
-
-
-def notes_of(path):
-    """What the head of a table says: `AUXDATA name="value"`."""
-    return dict(re.findall(r'^AUXDATA (\w+)="(.*)"$', path.read_text(), re.M))
 
 
 def share_of_processors(share, study):

@@ -9,7 +9,7 @@ module m_arguments
    type, public :: arguments_t
       character(len=:), allocatable :: scene   !< file of the scene; empty: standard input
       character(len=:), allocatable :: restart !< directory of the run that is to go on; empty: none
-      character(len=:), allocatable :: json    !< file that the figures of a plan go to; empty: none
+      character(len=:), allocatable :: json    !< file that the figures of the plan or run go to; empty: none
       character(len=:), allocatable :: answer  !< all that is asked for is this text; empty: a run
       logical :: plans = .false.               !< as mode='plan' of &scene
       logical :: schema = .false.              !< all that is asked for is what a scene may say
@@ -22,7 +22,7 @@ module m_arguments
       newline// &
       '  --plan               say what the run would take, in time, memory and output; run nothing'// &
       newline// &
-      '  --json FILE          with a plan: write its figures to FILE too'//newline// &
+      '  --json FILE          write the figures of the plan or run to FILE too'//newline// &
       '  --restart DIRECTORY  continue the run of DIRECTORY from its newest complete checkpoint'//newline// &
       '  --schema             what a scene may say, as a JSON Schema for editors'//newline// &
       '  --version            the version of the program'//newline// &
@@ -60,9 +60,9 @@ contains
       end do
       n = max(1, verify(arguments%restart, '/', back=.true.)) ! slashes at the end are no part of the name
       if (arguments%restart /= '') arguments%restart = arguments%restart(:n)
-      if (arguments%restart /= '' .and. (arguments%scene /= '' .or. arguments%plans &
-         .or. arguments%json /= '')) call fail(error, exit_input, &
-         '--restart goes with no scene, --plan or --json: the checkpoint has its scene; '//usage)
+      if (arguments%restart /= '' .and. (arguments%scene /= '' .or. arguments%plans)) &
+         call fail(error, exit_input, &
+         '--restart goes with no scene and no --plan: the checkpoint has its scene; '//usage)
    contains
       !> What stands behind an option.
       subroutine take(value, what)

@@ -2,8 +2,8 @@
 module m_closing_summary
    use m_kinds, only: wp, i8
    use m_errors, only: error_t, fail
-   use m_text, only: to_text, si, duration
-   use m_timers, only: phase_contact
+   use m_constants, only: program_version
+   use m_text, only: to_text, exact_text, si, duration
    use m_scene, only: scene_t, domain_fixed, domain_corners, boundary_free, update_usf
    use m_decomposition, only: all_owners
    use m_model, only: model_t
@@ -11,33 +11,14 @@ module m_closing_summary
    use m_machine, only: peak_memory
    use m_expectation, only: expectation_t
    use m_indicators, only: stress_error_t, estimate_stress_error
-   use m_history, only: history_text_length
+   use m_figures, only: figures_t
    use m_console, only: console_t
    use m_cost_report, only: cost_t, write_cost_report, cost_line_length
+   use m_facts, only: facts_t, course_t, percent
+   use m_contact_summary, only: say_contact
    implicit none
    private
-   public :: summarise, course_t
-
-   !> What a run remembers of its course for its last words.
-   type :: course_t
-      integer(i8) :: particles = 0       !< when the program began
-      real(wp) :: memory = 0.0_wp        !< of these and of node tiles then, bytes
-      integer(i8) :: steps = 0           !< that the program has taken, repeated ones too
-      character(len=:), allocatable :: stop_reason !< why the run ends before the scene does; empty: it does
-                                                   !< not
-      real(wp) :: early_elapsed = 0.0_wp !< wall-clock time when the last tenth of the scene began, s; 0
-                                         !< before that
-      real(wp) :: early_contact = 0.0_wp !< of that, in contact, s
-   end type course_t
-
-   !> Lines for people, and the same as `name=value` for the head of cost.dat.
-   type :: facts_t
-      character(len=cost_line_length), allocatable :: lines(:)
-      character(len=history_text_length), allocatable :: notes(:)
-   contains
-      procedure :: say
-      procedure :: note
-   end type facts_t
+   public :: summarise
 
    real(wp), parameter :: round_off = 1.0e-20_wp !< of mass times squared wave speed: strains of 1e-10
    real(wp), parameter :: notable = 0.05_wp !< of the largest energy or work: what is apart or missing is said
@@ -45,7 +26,8 @@ module m_closing_summary
 contains
 
    !> Collective: the closing summary and cost.dat.
-   subroutine summarise(console, scene, model, balance, course, expectation, guarded, ranged, stepped, error)
+   subroutine summarise(console, scene, model, balance, course, expectation, guarded, retries, ranged, &
+                        stepped, implicit_counts, figures, error)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
       type(model_t), intent(inout) :: model
@@ -53,8 +35,11 @@ contains
       type(course_t), intent(in) :: course
       type(expectation_t), intent(in) :: expectation
       character(len=*), intent(in) :: guarded !< what the guard says of the run
+      integer, intent(in) :: retries          !< after faults
       character(len=*), intent(in) :: stepped !< how steps went; empty: as always
+      integer(i8), intent(in) :: implicit_counts(5) !< as in m_integrator
       character(len=*), intent(in) :: ranged  !< where domains left their range; empty: nowhere
+      type(figures_t), intent(inout) :: figures !< the same for programs
       type(error_t), intent(inout) :: error
       type(cost_t) :: cost
       type(facts_t) :: facts
@@ -77,6 +62,7 @@ contains
       call say_effects(facts, model, balance)
       call say_contact(facts, console, model, balance, course)
       if (.not. error%happened()) call say_stress_error(facts, model)
+      call note_course(facts, console, scene, model, course, retries, implicit_counts, error)
       if (stepped /= '') call facts%say(stepped)
       call facts%say(guarded)
       if (ranged /= '') call facts%say(ranged)
@@ -92,8 +78,54 @@ contains
       outcome = 'finished: '//scene%title
       if (course%stop_reason /= '') outcome = course%stop_reason
       if (error%happened()) outcome = 'stopped: '//error%message
+      call take_figures(figures, facts, cost, outcome)
       call console%summary(outcome, int(model%step), model%time, [facts%lines, table])
    end subroutine summarise
+
+   !> The numbers of the summary for programs.
+   subroutine take_figures(figures, facts, cost, outcome)
+      type(figures_t), intent(inout) :: figures
+      type(facts_t), intent(in) :: facts
+      type(cost_t), intent(in) :: cost
+      character(len=*), intent(in) :: outcome !< how the run ended, a sentence
+      integer :: l
+      call figures%words('outcome_text', outcome)
+      do l = 1, size(facts%notes)
+         call figures%fact(trim(facts%notes(l)))
+      end do
+      call figures%number('particle_steps', real(cost%particle_steps, wp))
+      do l = 1, size(cost%level_steps)
+         call figures%number('particle_steps_level_'//to_text(l), real(cost%level_steps(l), wp))
+      end do
+   end subroutine take_figures
+
+   !> How the run ended, and how many steps of which kind it took, for programs.
+   subroutine note_course(facts, console, scene, model, course, retries, implicit_counts, error)
+      type(facts_t), intent(inout) :: facts
+      type(console_t), intent(in) :: console
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
+      type(course_t), intent(in) :: course
+      integer, intent(in) :: retries
+      integer(i8), intent(in) :: implicit_counts(5)
+      type(error_t), intent(in) :: error
+      character(len=:), allocatable :: outcome
+      outcome = 'finished'
+      if (course%stop_reason /= '') outcome = 'stopped'
+      if (error%happened()) outcome = 'fault'
+      call facts%note('outcome', outcome)
+      call facts%note('title', trim(scene%title))
+      call facts%note('program', program_version)
+      call facts%note('simulated_s', exact_text(model%time))
+      call facts%note('wall_s', to_text(console%elapsed()))
+      call facts%note('retries', to_text(retries))
+      if (implicit_counts(1) == 0) return
+      call facts%note('implicit_steps', to_text(implicit_counts(1)))
+      call facts%note('newton_iterations', to_text(implicit_counts(2)))
+      call facts%note('linear_solves', to_text(implicit_counts(3)))
+      call facts%note('linear_products', to_text(implicit_counts(4)))
+      call facts%note('steps_halved', to_text(implicit_counts(5)))
+   end subroutine note_course
 
    !> Collective: what effects have to say.
    subroutine say_effects(facts, model, balance)
@@ -104,30 +136,12 @@ contains
       integer :: e
       if (any(model%effect_step%erodes)) &
          call facts%say('eroded: '//si(1000.0_wp*(balance%start%mass - balance%now%mass), 'g')// &
-                        ' of what has failed, taken out')
+                        ' of failed material removed')
       do e = 1, size(model%effects)
          text = model%effects(e)%effect%summary(model%communicator, model%levels)
          if (text /= '') call facts%say(text)
       end do
    end subroutine say_effects
-
-   !> A line of the summary.
-   subroutine say(self, text)
-      class(facts_t), intent(inout) :: self
-      character(len=*), intent(in) :: text
-      character(len=cost_line_length) :: line
-      line = text
-      self%lines = [self%lines, line]
-   end subroutine say
-
-   !> A line of the head of cost.dat.
-   subroutine note(self, name, text)
-      class(facts_t), intent(inout) :: self
-      character(len=*), intent(in) :: name, text
-      character(len=history_text_length) :: line
-      line = name//'='//text
-      self%notes = [self%notes, line]
-   end subroutine note
 
    !> Collective: memory held, and what was expected of the run beside what it took. A run that ended early
    !> took less.
@@ -146,10 +160,10 @@ contains
       call facts%note('node_blocks', to_text(blocks))
       call facts%note('memory_B', to_text(memory))
       if (.not. (expectation%made .and. whole)) return
-      call facts%say('expected at step '//to_text(expectation%step)//': '//duration(expectation%total)// &
-                     ' and '//si(expectation%memory, 'B')//' in all; it took '// &
-                     off_by(took, expectation%total)//' and '//off_by(memory, expectation%memory)// &
-                     ' than that')
+      call facts%say('estimate at step '//to_text(expectation%step)//': '//duration(expectation%total)// &
+                     ' and '//si(expectation%memory, 'B')//' in total; the run took '// &
+                     off_by(took, expectation%total)//' time and '//off_by(memory, expectation%memory)// &
+                     ' memory')
       call facts%note('expected_at_step', to_text(expectation%step))
       call facts%note('expected_elapsed_s', to_text(expectation%total))
       call facts%note('expected_memory_B', to_text(expectation%memory))
@@ -181,15 +195,20 @@ contains
       bytes = model%communicator%maximum(real(sum(model%exchange%bytes) &
                                               + sum(model%composite%exchange%bytes), wp) /course%steps)
       if (resting > 0) call facts%say('at rest: '//to_text(100.0_wp*resting/particle_steps, 3)// &
-                                      ' % of the particle-steps had nothing to do')
+                                      ' % of the particle-steps were skipped')
       call facts%note('particle_steps_at_rest', to_text(resting))
       call facts%note('particles_at_start', to_text(course%particles))
       call facts%note('memory_at_start_B', to_text(course%memory))
       call facts%note('steps', to_text(model%step))
+      call facts%note('particles_at_end', to_text(at_end))
+      call facts%note('splits', to_text(splits))
+      call facts%note('merges', to_text(merges))
       if (scene%time%domain /= domain_fixed .or. size(model%levels) > 1) &
          call facts%say('domains: '//to_text(splits)//' particles made by splitting, '//to_text(merges)// &
                         ' by merging eight, '//to_text(at_end)//' at the end')
       call say_placings(facts, model)
+      if (model%communicator%ranks > 1) call facts%note('messages_a_step', to_text(messages))
+      if (model%communicator%ranks > 1) call facts%note('bytes_sent_a_step', to_text(bytes))
       if (model%communicator%ranks > 1) &
          call facts%say('node sums: at most '//to_text(messages, 4)//' messages and '//to_text(bytes, 9)// &
                         ' B sent by a rank in a step')
@@ -202,13 +221,14 @@ contains
       character(len=:), allocatable :: text
       integer :: l
       if (model%placings == 0) return
-      text = 'levels by the error: looked at '//to_text(model%placings)//' times'
+      text = 'levels by the error: evaluated '//to_text(model%placings)//' times'
       do l = 2, size(model%levels)
          text = text//', level '//to_text(l)//' has '//to_text(model%levels(l)%region%cells())//' cells'
+         call facts%note('cells_level_'//to_text(l), to_text(model%levels(l)%region%cells()))
       end do
       if (model%bound_placings > 0) &
-         text = text//'; the budget kept out cells whose error is above the tolerance at '// &
-                                           to_text(model%bound_placings)//' of these times'
+         text = text//'; the budget left out cells with an error above the tolerance at '// &
+                to_text(model%bound_placings)//' of these times'
       call facts%say(text)
       call facts%note('placings', to_text(model%placings))
       call facts%note('placings_at_budget', to_text(model%bound_placings))
@@ -266,16 +286,16 @@ contains
          call facts%note('work_apart_of_effects_J', to_text(balance%worst_of_effects))
          call facts%say(apart_text('effects: work', balance%worst_of_effects, balance%largest))
          if (balance%worst_of_effects > max(notable*balance%largest, quiet(model, balance))) &
-            call facts%say('WARNING: effects do work that the particles they act on do not get: their '// &
-                           'forces lie on nodes with hardly any material, and motion and stress there '// &
-                           'are as wrong; '//remedy(scene))
+            call facts%say('WARNING: work of effects does not reach the particles they act on: their '// &
+                           'forces act on nodes with almost no mass, and motion and stress there are '// &
+                           'inaccurate by as much; '//remedy(scene))
       end if
       if (size(scene%tools) == 0) return
       call facts%note('work_apart_of_tools_J', to_text(balance%worst_of_tools))
       call facts%say(apart_text('tools: work', balance%worst_of_tools, balance%largest))
       if (balance%worst_of_tools > max(notable*balance%largest, quiet(model, balance))) &
-         call facts%say('WARNING: tools do work that the particles they press do not get, or the '// &
-                        'reverse: loads are as wrong; '//remedy(scene))
+         call facts%say('WARNING: work of tools differs from the work on the particles they press: '// &
+                        'loads are inaccurate by as much; '//remedy(scene))
    end subroutine say_work_done
 
    !> The two figures of a work side by side.
@@ -283,8 +303,8 @@ contains
       character(len=*), intent(in) :: what
       real(wp), intent(in) :: apart, largest !< J
       character(len=:), allocatable :: text
-      text = what//' by the motion of nodes and tools and by that of the particles they act on differs '// &
-             'by at most '//si(apart, 'J')//percent(apart, largest)//' of the largest energy or work'
+      text = what//' at nodes or tools and work on particles differ by at most '// &
+             si(apart, 'J')//percent(apart, largest)//' of the largest energy or work'
    end function apart_text
 
    !> What to take where loads and particles do not agree, of what the scene has not taken.
@@ -305,7 +325,7 @@ contains
       quiet = round_off*balance%now%mass*model%bounds%wave_speed**2
    end function quiet
 
-   !> Energy that has come from nowhere, or gone, to an extent that matters.
+   !> Spurious growth or loss of energy, to an extent that matters.
    subroutine warn_of_balance(facts, scene, model, balance)
       type(facts_t), intent(inout) :: facts
       type(scene_t), intent(in) :: scene
@@ -314,8 +334,9 @@ contains
       character(len=:), allocatable :: text
       if (.not. balance%worst > max(notable*balance%largest, quiet(model, balance)) &
           + model%static_doubt) return
-      text = 'WARNING: energy '//trim(merge('from nowhere', 'lost        ', balance%excess() > 0.0_wp))// &
-             ': up to '//si(balance%worst, 'J')//percent(balance%worst, balance%largest)//' of the largest'
+      text = 'WARNING: '//trim(merge('spurious energy growth', 'energy loss           ', &
+                                     balance%excess() > 0.0_wp))//': up to '// &
+             si(balance%worst, 'J')//percent(balance%worst, balance%largest)//' of the largest'
       if (model%static_doubt > 0.0_wp) then
          text = text//', of which '//si(model%static_doubt, 'J')//' may come of the length of the steps'// &
                 hardest_worked(model)//'; '//remedy(scene)//', a smaller step'
@@ -342,79 +363,6 @@ contains
       text = '; the contact with most work, '//si(model%contact%states(t)%work, 'J')//', is that of tool '// &
              trim(model%contact%tools(t)%spec%name)
    end function hardest_worked
-
-   !> A share in words; nothing where there is nothing to share.
-   function percent(part, whole) result(text)
-      real(wp), intent(in) :: part, whole
-      character(len=:), allocatable :: text
-      text = ''
-      if (whole > 0.0_wp) text = ', '//to_text(100.0_wp*part/whole, 3)//' %'
-   end function percent
-
-   !> Collective: how well contact was solved, and its time.
-   subroutine say_contact(facts, console, model, balance, course)
-      type(facts_t), intent(inout) :: facts
-      type(console_t), intent(in) :: console
-      type(model_t), intent(in) :: model
-      type(course_t), intent(in) :: course
-      type(balance_t), intent(in) :: balance
-      real(wp) :: bridge, drift, largest, late(2)
-      character(len=:), allocatable :: text
-      bridge = model%communicator%maximum(model%contact%worst_bridge)
-      drift = model%communicator%maximum(model%contact%candidates%drift)
-      largest = max(balance%largest, sum(abs(model%contact%states%work)))
-      late = contact_share(console, model, course)
-      associate (contact => model%contact, cell => model%levels(size(model%levels))%grid%cell)
-         if (.not. (contact%active() .and. contact%solves > 0)) return
-         call facts%say('contact: '//to_text(contact%solves)//' solves, '// &
-                        to_text(real(contact%iterations, wp)/contact%solves, 3)//' iterations and '// &
-                        to_text(real(contact%system%products, wp)/contact%solves, 3)// &
-                        ' products each, at most '//to_text(contact%largest)//' candidates')
-         call facts%say('contact: largest residual '//to_text(contact%worst_residual, 3)//' (relative), '// &
-                        to_text(contact%unsolved)//' steps above the tolerance')
-         call facts%say('contact: largest overlap '//si(contact%worst_overlap, 'm')//', '// &
-                        to_text(contact%worst_overlap/cell, 3)//' cells')
-         call facts%note('largest_overlap_m', to_text(contact%worst_overlap))
-         call facts%note('largest_overlap_cells', to_text(contact%worst_overlap/cell))
-         associate (work => sum(contact%states%constraint_work) + sum(contact%pairs%states%work))
-            call facts%say('contact: the condition itself did '//si(work, 'J')//' of work'// &
-                           percent(work, largest)//' of the largest energy; gaps carried at most '// &
-                           to_text(drift/cell, 3)//' cells off those of the particles')
-         end associate
-         call facts%note('constraint_work_J', to_text(sum(contact%states%constraint_work)))
-         call facts%note('largest_drift_cells', to_text(drift/cell))
-         text = merge('tension by adhesion only', 'no tension              ', contact%pairs%adheres())
-         call facts%say('contact: '//trim(text)//'; force times gap at most '//to_text(bridge, 3)// &
-                        ' of largest force times cell')
-         call facts%note('complementarity', to_text(bridge))
-         text = 'contact: '//to_text(late(1), 3)//' % of the elapsed time'
-         if (course%early_elapsed > 0.0_wp) &
-            text = text//', '//to_text(late(2), 3)//' % over the last tenth of the scene'
-         call facts%say(text)
-         if (contact%friction%present) call facts%say('friction: '// &
-             to_text(real(contact%friction%sweeps, wp)/contact%solves, 3)//' sweeps and '// &
-             to_text(real(contact%friction%iterations, wp)/contact%solves, 3)// &
-             ' iterations a solve, heat '//si(sum(contact%states%heat) + sum(contact%pairs%states%heat), 'J'))
-      end associate
-   end subroutine say_contact
-
-   !> Collective: what share of the time contact took, per cent: over the run, and over the last tenth of the
-   !> scene.
-   function contact_share(console, model, course) result(share)
-      type(console_t), intent(in) :: console
-      type(model_t), intent(in) :: model
-      type(course_t), intent(in) :: course
-      real(wp) :: share(2)
-      real(wp) :: elapsed, seconds
-      integer :: i
-      elapsed = console%elapsed()
-      seconds = model%timers%seconds(phase_contact)
-      share(1) = seconds/elapsed
-      share(2) = (seconds - course%early_contact)/(elapsed - course%early_elapsed)
-      do i = 1, 2
-         share(i) = 100.0_wp*model%communicator%maximum(share(i))
-      end do
-   end function contact_share
 
    !> Collective: the estimate of the discretisation error of the stress at the end, in a row of the timers of
    !> its own.

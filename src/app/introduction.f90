@@ -69,7 +69,7 @@ contains
                               ', about '//to_text(ceiling(scene%end_time/time_step, i8))//' steps')
          else
             call console%line('time       '//si(scene%end_time, 's')// &
-                              ': the run is there; nothing is left to be done')
+                              ': the run has reached its end; nothing is left to do')
          end if
          call console%line('fields     '//fields_text(model%levels(1)%table))
          if (scene%fields() > 1) call introduce_groups(console, scene, model)
@@ -103,10 +103,11 @@ contains
                               ': '//spec%friction%text()//adhesion_text(spec))
             if (.not. spec%adhesion > 0.0_wp) cycle
             zone = cohesive_zone(scene, model, spec)/model%levels(size(model%levels))%grid%cell
-            if (zone < min_zone_cells) call console%line('coarse     adhesion between '// &
+            if (zone < min_zone_cells) call console%line('coarse     cohesive zone under-resolved: '// &
+               'adhesion between '// &
                scene%group_label(g)//' and '//scene%group_label(h)//' acts over a zone of about '// &
                to_text(zone, 2)//' cells at the edge of contact; below '//to_text(min_zone_cells)// &
-               ' the force that parts them is too large: take smaller cells or a weaker pull over a '// &
+               ' the pull-off force is overestimated; use smaller cells, or a weaker adhesion over a '// &
                'longer range')
          end do
       end do
@@ -147,9 +148,9 @@ contains
       character(len=:), allocatable :: cure, why
       if (scene%chose_domain > 0) then
          select case (scene%chose_domain)
-         case (because_law); why = 'for the law is made for large strains'
-         case (because_surface); why = 'for what is pressed may be a surface that cuts particles'
-         case default; why = 'for a tool may go far into particles that are alone in their cells'
+         case (because_law); why = 'because the law is made for large strains'
+         case (because_surface); why = 'because a pressed surface may cut particles'
+         case default; why = 'because a tool may penetrate far with one particle a cell'
          end select
          if (scene%quasi_static%present) then
             call console%line("chosen     domain='stretch', "//why)
@@ -159,14 +160,14 @@ contains
       end if
       if (.not. allocated(scene%brought)) return
       if (scene%brought /= '') &
-         call console%line('chosen     '//scene%brought//', for plastic flow locks without; up to a '// &
-                           'quarter more time; &'//scene%brought//" kind='none' / leaves it out")
+         call console%line('chosen     '//scene%brought//', against locking in plastic flow; up to a '// &
+                           'quarter more time; &'//scene%brought//" kind='none' / switches it off")
       if (.not. may_lock(scene)) return
-      cure = 'with it both are mended for up to a quarter more time'
+      cure = '&anti_locking removes both for up to a quarter more time'
       if (scene%quasi_static%preconditioner == preconditioner_gamg) &
-         cure = "preconditioner='jacobi' can have it, 'gamg' cannot"
-      call console%line('may lock   a law keeps its volume, nearly or when it flows, and there is no '// &
-                        '&anti_locking: too stiff, and the pressure of single particles swings; '//cure)
+         cure = "it needs preconditioner='jacobi', not 'gamg'"
+      call console%line('may lock   nearly incompressible or plastic material without &anti_locking: '// &
+                        'expect volumetric locking (too stiff) and pressure oscillations; '//cure)
    end subroutine introduce_choices
 
    !> True when a body of several particles a cell keeps its volume, as plastic flow does and as a Poisson's

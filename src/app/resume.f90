@@ -60,9 +60,6 @@ contains
             '--plan: a plan is made of a whole run, not of one that goes on; allowed without restart')
          if (error%happened()) return
          scene%plans = scene%plans .or. arguments%plans
-         if (arguments%json /= '' .and. .not. scene%plans) call fail(error, exit_input, &
-            '--json is for the figures of a plan; allowed with --plan, or mode=''plan'' in &scene')
-         if (error%happened()) return
          directory = scene%restart
          if (directory == '') return
          before%in_place = goes_on_in(communicator, scene, directory)

@@ -3,6 +3,7 @@ module m_simulation
    use m_kinds, only: wp, i8
    use m_constants, only: exit_files, exit_numerical, exit_stopped
    use m_errors, only: error_t, fail
+   use m_filesystem, only: remove_file
    use m_communicator, only: communicator_t
    use m_launcher, only: check_launch
    use m_text, only: to_text, si
@@ -32,10 +33,11 @@ module m_simulation
    use m_console, only: console_t
    use m_introduction, only: introduce
    use m_plan, only: print_plan
-   use m_plan_figures, only: plan_figures_t
+   use m_figures, only: figures_t
    use m_static_plan, only: print_static_plan
    use m_expectation, only: expectation_t
-   use m_closing_summary, only: summarise, course_t
+   use m_facts, only: course_t
+   use m_closing_summary, only: summarise
    implicit none
    private
    public :: simulation_t
@@ -166,7 +168,7 @@ contains
    !> Collective: say what the run would be, in place of the run.
    subroutine make_plan(self)
       class(simulation_t), intent(inout) :: self
-      type(plan_figures_t) :: figures
+      type(figures_t) :: figures
       call introduce(self%console, self%scene, self%catalogue, self%model, self%course%particles, &
                      self%course%memory)
       call start_guard(self)
@@ -209,6 +211,7 @@ contains
          return
       end if
       self%course%steps = self%course%steps + 1
+      if (self%course%steps == 1) call forget_end(self) ! of the run that this one continues
       if (self%model%requested_action == asks_end_lost) call self%leave_directory()
       written = self%recorder%snapshot_is_due(self%model%time) .or. self%keeper%is_due(self%model)
       call self%look(written)
@@ -259,6 +262,14 @@ contains
       call self%guard%save(self%model, self%balance, written)
       if (self%guard%has_saved(self%model)) call self%recorder%mark()
    end subroutine save
+
+   !> What cost.dat says of an earlier end is no longer so.
+   subroutine forget_end(self)
+      class(simulation_t), intent(in) :: self
+      logical :: gone
+      if (self%scene%output%present .and. self%communicator%is_root()) &
+         call remove_file(self%scene%output%directory//'/cost.dat', gone)
+   end subroutine forget_end
 
    !> Collective: after a fault, back to the last good state and on with smaller steps; or the end, with that
    !> state on the disk.
@@ -321,11 +332,17 @@ contains
    !> Collective: close everything; returns the exit status.
    integer function finalise(self) result(status)
       class(simulation_t), intent(inout) :: self
+      type(figures_t) :: figures
+      type(error_t) :: closing
       call self%recorder%finish(self%error)
       call self%communicator%agree(self%error)
       if (self%course%steps > 0) &
          call summarise(self%console, self%scene, self%model, self%balance, self%course, self%expectation, &
-                        self%guard%summary(), self%range%said, self%integrator%summary(), self%error)
+                        self%guard%summary(), self%guard%retries, self%range%said, &
+                        self%integrator%summary(), self%integrator%counts(), figures, self%error)
+      if (self%course%steps > 0 .and. self%arguments%json /= '') &
+         call figures%write(self%communicator, self%arguments%json, closing)
+      if (closing%happened()) call fail(self%error, closing%status, closing%message)
       if (.not. self%error%happened() .and. self%course%stop_reason /= '') &
          call fail(self%error, exit_stopped, self%course%stop_reason)
       status = self%error%status

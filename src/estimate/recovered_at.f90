@@ -8,7 +8,7 @@ module m_recovered_at
    use m_model, only: model_t
    use m_cell_list, only: cell_list_t
    use m_stencil, only: bin_place
-   use m_edge, only: edge_t, take_means, patch_last
+   use m_edge, only: edge_t, prolong, patch_last
    use m_boundary, only: mirror_means, motion_parity, stress_parity
    use m_stress_recovery, only: make_means
    use m_recovered_stress, only: give, take, members_of, chosen, mirrors_of
@@ -121,7 +121,7 @@ contains
       box%stresses = parts(:, :, :, :, 2, 1)
    end subroutine sum_own
 
-   !> Add to the nodes of a box what constrained nodes of the next finer level hold (m_edge: restrict_to).
+   !> Add to the nodes of a box what constrained nodes of the next finer level hold (m_edge: restrict).
    subroutine restrict_to(model, finer, box)
       type(model_t), intent(in) :: model
       type(box_t), intent(in) :: finer
@@ -204,8 +204,8 @@ contains
       call mirror(model, around%level - 1, place/2, coarser)
       a = edge%corner
       z = edge%corner + patch_last
-      call take_means(edge, coarser%places(:, a(1):z(1), a(2):z(2), a(3):z(3)), tiles%places)
-      call take_means(edge, coarser%stresses(:, a(1):z(1), a(2):z(2), a(3):z(3)), tiles%stresses)
+      call prolong(edge, coarser%places(:, a(1):z(1), a(2):z(2), a(3):z(3)), 2, node_values, tiles%places)
+      call prolong(edge, coarser%stresses(:, a(1):z(1), a(2):z(2), a(3):z(3)), 2, node_values, tiles%stresses)
    end subroutine follow_coarser
 
    !> Means beyond planes of symmetry.

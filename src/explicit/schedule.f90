@@ -129,6 +129,7 @@ contains
    subroutine count_left_out(model, block)
       type(model_t), intent(inout) :: model
       type(block_t), intent(in) :: block
+      if (block%particles%count == 0) return ! its wave speed is that of particles that have left it
       model%bounds%wave_speed = max(model%bounds%wave_speed, block%wave_speed)
       model%particle_steps_at_rest = model%particle_steps_at_rest + block%particles%count
    end subroutine count_left_out

@@ -99,7 +99,7 @@ contains
                                     particles%column(:, at%half_size:at%half_size + 2), smallest)
             if (.not. smallest > 0.0_wp) call fail(error, exit_numerical, &
                                                    particle_text(model, l, b, thinnest(particles, at))// &
-               ' has a domain that became thinner than nothing; try a smaller safety', recoverable=.true.)
+               's domain has a non-positive size; try a smaller safety', recoverable=.true.)
          end if
       end associate
    end subroutine advance_domains

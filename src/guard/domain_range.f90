@@ -80,29 +80,31 @@ contains
           .and. .not. self%reported(4)) then
          self%reported(4) = .true.
          message = 'range      stress_update=''usf'' or ''musl'' with loads on faces: the stress '// &
-                'does not follow a face near a '// &
-                'plane of nodes, which creeps; ends and works may be off by some per cent; take ''usl'''
+                'is wrong where a face is near a '// &
+                'plane of nodes, and the face drifts; errors of some per cent; use ''usl'''
       else if (worst(1) > max_tension .and. .not. self%reported(1)) then
          self%reported(1) = .true.
          message = 'range      particles that are all of a cell bear a tension of '//to_text(worst(1), 2)// &
                 ' of their modulus: '// &
-                'boxes of one a cell come apart; take particles_per_cell=8 or domain=''corners'''
+                'fixed domains of one a cell separate (numerical fracture); use particles_per_cell=8 or '// &
+                'domain=''corners'''
       else if (worst(2) > 1.0_wp .and. .not. self%reported(2)) then
          self%reported(2) = .true.
          message = 'range      particles are stretched to '//to_text(worst(2), 3)// &
-                ' cells: fixed domains of more than 1 come '//'apart; take domain=''stretch'' or ''corners'''
+                ' cells: fixed domains separate above 1 '// &
+                '(numerical fracture); use domain=''stretch'' or ''corners'''
       else if (worst(3) > max_pressed .and. .not. self%reported(3)) then
          self%reported(3) = .true.
-         message = 'range      particles are pressed by '//to_text(100.0_wp*worst(3), 2)// &
+         message = 'range      particles are compressed by '//to_text(100.0_wp*worst(3), 2)// &
                 ' %: fixed domains overlap, '// &
-                'loads and stresses may be off by some per cent; take domain=''stretch'' or ''corners'''
+                'errors of some per cent in loads and stresses; use domain=''stretch'' or ''corners'''
       else if (worst(4) > merge(max_drawn_mean, max_pairs_drawn, means) .and. .not. self%reported(5)) then
          self%reported(5) = .true.
-         message = 'range      particles are drawn out by '//to_text(100.0_wp*worst(4), 2)// &
+         message = 'range      particles are stretched by '//to_text(100.0_wp*worst(4), 2)// &
                 ' %: fixed domains '// &
                 'leave gaps'//trim(merge(', which &anti_locking widens', '                            ', &
                                          means))// &
-                '; lengths and stresses may be off by some per cent, and soon by much; take '// &
+                '; errors of some per cent in lengths and stresses, and soon large ones; use '// &
                 'domain=''stretch'' or ''corners'''
       end if
       if (self%said == '') self%said = message
@@ -197,8 +199,8 @@ contains
          call fail(error, exit_numerical, particle_text(model, 1, b, p)//' and its neighbour '// &
                    to_text(particles%id(q))//' are '//to_text(far*level%grid%per_cell, 3)// &
                    ' cells apart, where their strains say '//to_text(near*level%grid%per_cell, 3)// &
-                   ': the body has come apart, which one particle per cell cannot '// &
-                   'prevent; take particles_per_cell=8 or domain=''corners''')
+                   ': the body has separated (numerical fracture); use '// &
+                   'particles_per_cell=8 or domain=''corners''')
       end associate
    end subroutine compare
 

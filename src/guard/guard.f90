@@ -150,7 +150,7 @@ contains
       real(wp) :: bytes
       bytes = model%communicator%maximum(real(copy_bytes(model), wp))
       if (.not. self%saves) then
-         text = 'no copy to go back to: it would take '//si(bytes, 'B')//' a rank, '
+         text = 'no copy to roll back to: it would take '//si(bytes, 'B')//' a rank, '
          if (bytes > self%spec%memory) then
             text = text//'&guard memory allows '//si(self%spec%memory, 'B')
          else
@@ -240,7 +240,7 @@ contains
       if (self%spec%energy_limit > 0.0_wp &
           .and. .not. balance%excess() <= self%spec%energy_limit*largest + model%static_doubt) then
          call fail(error, exit_numerical, fastest_text(model)//': '//to_text(balance%excess(), 3)// &
-                   ' J of energy came from nowhere, more than '//to_text(self%spec%energy_limit)// &
+                   ' J of spurious energy growth, more than '//to_text(self%spec%energy_limit)// &
                    ' of the largest energy or work, '//to_text(balance%largest, 3)// &
                    ' J; try a smaller safety', recoverable=.true.)
       end if
@@ -263,7 +263,7 @@ contains
             if (model%step - self%apart_since < settling .and. .not. (ends &
                   .and. model%step >= settling)) return
             call fail(error, exit_numerical, 'time '//si(model%time, 's')//': '//work_text(balance)//': '// &
-                      to_text(apart, 3)//' J apart, more than '//to_text(self%spec%work_limit)// &
+                      to_text(apart, 3)//' J of difference, more than '//to_text(self%spec%work_limit)// &
                       ' of the largest energy or work, '//to_text(balance%largest, 3)// &
                       ' J; try domain=''corners'', 8 or 27 particles per cell, or smaller cells')
          end if
@@ -275,10 +275,9 @@ contains
       type(balance_t), intent(in) :: balance
       character(len=:), allocatable :: text
       if (abs(balance%effects_apart) >= abs(balance%tools_apart)) then
-         text = 'the work of &pressure and &gravity by the motion of the grid is not their work by the '// &
-                'motion of the particles'
+         text = 'the work of &pressure and &gravity at the nodes differs from their work on the particles'
       else
-         text = 'the work of the tools is not their work by the motion of the particles that they press'
+         text = 'the work of the tools differs from the work on the particles that they press'
       end if
    end function work_text
 
@@ -327,9 +326,9 @@ contains
       self%attempt = self%attempt + 1
       fault = model%time
       self%last_retry = fault
-      report = 'retry '//to_text(self%retries)//': '//error%message//'; goes back to step '// &
+      report = 'retry '//to_text(self%retries)//': '//error%message//'; rolls back to step '// &
                to_text(self%saved%step)//', time '// &
-               si(self%saved%time, 's')//', and on with 1/'//to_text(2**self%attempt)//' of the time step'
+               si(self%saved%time, 's')//', continues with 1/'//to_text(2**self%attempt)//' of the time step'
       call self%saved%give_back(model, balance)
       self%until = max(self%until, fault + 2.0_wp**min(self%retries - 1, max_doublings) &
                        *max(fault - model%time, self%spec%save_every*self%first_step))
@@ -350,7 +349,7 @@ contains
       if (.not. stands) return
       if (self%attempt > 0) error%message = error%message//'; '//count_text(self%attempt)// &
                                             ' with steps down to 1/'// &
-                                            to_text(2**self%attempt)//' did not get past it'
+                                            to_text(2**self%attempt)//' failed too'
       call self%saved%give_back(model, balance)
       self%gave_up = .true.
    end subroutine give_up

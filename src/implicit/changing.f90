@@ -1,6 +1,6 @@
 !> Explicit steps that become quasi-static at a time of the scene, and quasi-static ones that become explicit.
 module m_changing
-   use m_kinds, only: wp
+   use m_kinds, only: wp, i8
    use m_errors, only: error_t
    use m_called_off, only: called_off_t
    use m_text, only: si
@@ -32,6 +32,7 @@ module m_changing
       procedure :: keeps_state
       procedure :: messages
       procedure :: summary
+      procedure :: counts
       procedure :: release
       procedure :: finish
    end type changing_t
@@ -121,6 +122,12 @@ contains
       text = self%run_log//self%statics%messages()
       self%run_log = ''
    end function messages
+
+   pure function counts(self) result(values)
+      class(changing_t), intent(in) :: self
+      integer(i8) :: values(5)
+      values = self%statics%counts()
+   end function counts
 
    function summary(self) result(text)
       class(changing_t), intent(in) :: self

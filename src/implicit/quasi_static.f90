@@ -53,6 +53,7 @@ module m_quasi_static
       procedure :: keeps_state
       procedure :: messages
       procedure :: summary
+      procedure :: counts
       procedure :: release
       procedure :: change
       procedure :: finish
@@ -352,6 +353,12 @@ contains
       text = self%run_log
       self%run_log = ''
    end function messages
+
+   pure function counts(self) result(values)
+      class(quasi_static_t), intent(in) :: self
+      integer(i8) :: values(5)
+      values = [self%steps, self%newton, self%solves, self%products, self%halved]
+   end function counts
 
    function summary(self) result(text)
       class(quasi_static_t), intent(in) :: self

@@ -27,10 +27,10 @@ contains
       integer, intent(in) :: outcome
       character(len=:), allocatable :: text
       select case (outcome)
-      case (too_far); text = 'a particle would move too far'
-      case (turned); text = 'a particle is strained too far'
+      case (too_far); text = 'the displacement of a particle is too large'
+      case (turned); text = 'the strain of a particle is too large'
       case (too_long); text = 'a law asks for a smaller step'
-      case (not_held); text = 'nothing holds a body'
+      case (not_held); text = 'a body is unconstrained'
       case default; text = 'no convergence'
       end select
    end function reason
@@ -61,8 +61,8 @@ contains
       mine = worst >= model%communicator%maximum(worst)
       if (mine .and. tool > 0) then
          call fail(error, exit_numerical, 'tool '//equilibrium%system%contact%tools%name_of(tool)// &
-                   ': nothing holds it against the loads that push it; move it to where it meets a '// &
-                   'body, or give it speeds')
+                   ': it is unconstrained (a rigid-body mode) under its load; move it to where it meets '// &
+                   'a body, or give it speeds')
       else if (mine .and. at(3) > 0) then
          call fail(error, exit_numerical, particle_text(model, at(1), at(2), at(3))//': '//steps//try)
       end if

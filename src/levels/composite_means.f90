@@ -7,7 +7,7 @@ module m_composite_means
    use m_communicator, only: communicator_t
    use m_level, only: level_t
    use m_composite, only: composite_t
-   use m_edge, only: restrict_to, take_means, patch_last
+   use m_edge, only: restrict, restrict_arms, prolong, prolong_motion, add_patches, patch_last
    implicit none
    private
    public :: add_from_finer, take_from_coarser
@@ -21,24 +21,22 @@ contains
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: fine
       real(wp), intent(in) :: sums(node_values, 0:tile_last, 0:tile_last, 0:tile_last, *) !< of the finer one
-      real(wp), intent(in) :: arm !< as in `restrict_to`, m
+      real(wp), intent(in) :: arm !< the finer cell (m) where values 2 to 4 are volume times a place, which
+                                  !< counts from the node; else 0
       real(wp), intent(inout) :: tiles(node_values, 0:tile_last, 0:tile_last, 0:tile_last, *)
       real(wp), allocatable :: patches(:, :, :, :, :)
-      integer :: c, e
+      integer :: e
       associate (edges => composite%edges)
          allocate (patches(composite%values, 0:patch_last, 0:patch_last, 0:patch_last, size(edges)), &
                    source=0.0_wp)
          do e = 1, composite%own
-            call restrict_to(edges(e), sums(:, :, :, :, edges(e)%block), arm, patches(:, :, :, :, e))
+            call restrict(edges(e), sums(:, :, :, :, edges(e)%block), 1, node_values, 1, &
+                          patches(:, :, :, :, e))
+            if (arm > 0.0_wp) &
+               call restrict_arms(edges(e), sums(:, :, :, :, edges(e)%block), arm, patches(:, :, :, :, e))
          end do
          call composite%exchange%exchange(communicator, patches, upwards=.true.)
-         do c = 1, size(composite%by_index)
-            e = composite%by_index(c)
-            associate (a => edges(e)%corner, z => edges(e)%corner + patch_last, b => edges(e)%parent)
-               tiles(:, a(1):z(1), a(2):z(2), a(3):z(3), b) = tiles(:, a(1):z(1), a(2):z(2), a(3):z(3), b) &
-                                                              + patches(:node_values, :, :, :, e)
-            end associate
-         end do
+         call add_patches(edges, composite%by_index, patches, tiles, 1, 1, node_values)
       end associate
    end subroutine add_from_finer
 
@@ -56,13 +54,11 @@ contains
                    source=0.0_wp)
          do e = 1, size(edges)
             if (edges(e)%parent == 0) cycle
-            associate (a => edges(e)%corner, z => edges(e)%corner + patch_last)
-               patches(:node_values, :, :, :, e) = means(:, a(1):z(1), a(2):z(2), a(3):z(3), edges(e)%parent)
-            end associate
+            call prolong_motion(edges(e), means(:, :, :, :, edges(e)%parent), patches(:, :, :, :, e))
          end do
          call composite%exchange%exchange(communicator, patches, upwards=.false.)
          do e = 1, composite%own
-            call take_means(edges(e), patches(:, :, :, :, e), tiles(:, :, :, :, edges(e)%block))
+            call prolong(edges(e), patches(:, :, :, :, e), 2, node_values, tiles(:, :, :, :, edges(e)%block))
          end do
       end associate
    end subroutine take_from_coarser

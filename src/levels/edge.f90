@@ -5,6 +5,9 @@
 !> All constrained nodes of a block depend on 6 x 6 x 6 nodes of the coarser level, a patch, which lies in the
 !> tile of one block there, its parent. The values of a node in a patch are those of a node in a tile; where
 !> the lag of gradients is corrected, three more.
+!>
+!> There is one map: `restrict_node` adds shares of a constrained node's values to the patch, `interpolate`
+!> makes values of a constrained node from the patch. All else here says which values, and of which nodes.
 module m_edge
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -20,8 +23,7 @@ module m_edge
    implicit none
    private
    public :: edge_t, has_constrained, make_edge, clear_covered, restrict_sums, restrict_lag, prolong_motion, &
-             prolong_lag, interpolate_motion, interpolate_lag, coarse_nodes, restrict_to, take_means, &
-             add_patches
+             prolong_lag, interpolate_motion, interpolate_lag, restrict, restrict_arms, prolong, add_patches
 
    integer, parameter, public :: patch_last = 5 !< patches run from 0 to here
    integer, parameter, public :: lag_first = node_values + 1, lag_last = node_values + 3 !< up: the force that
@@ -159,36 +161,49 @@ contains
       real(wp), dimension(node_values, 0:tile_last, 0:tile_last, 0:tile_last), intent(in) :: tile, held
       logical, intent(in) :: affine
       real(wp), intent(inout), contiguous :: patch(:, 0:, 0:, 0:)
-      integer :: s, at(3), low(3), high(3), i, j, k, q
+      integer :: s, at(3), low(3), high(3)
       ! what is given, and what it changes by along the axes
-      real(wp) :: share, given(node_values), change(3, 3), along(node_values, 3)
+      real(wp) :: share, change(3, 3), along(node_values, 3)
       patch(:, :, edge%rows(1):edge%rows(2), :) = 0.0_wp
       along = 0.0_wp
       do s = 1, size(edge%constrained, 2)
          if (edge%constrained(4, s) == 0) cycle
          at = edge%constrained(:3, s)
          if (.not. tile(mass_, at(1), at(2), at(3)) > 0.0_wp) cycle
-         call coarse_nodes(at, low, high, share)
-         given = share*tile(:, at(1), at(2), at(3))
          if (affine) then
+            call coarse_nodes(at, low, high, share)
             call change_of_momentum(held, at, high > low, change)
-            along(v_x:v_z, :) = share*change
+            along(v_x:v_z, :) = change
          end if
-         do k = low(3), high(3)
-            do j = low(2), high(2)
-               do i = low(1), high(1)
-                  !$omp simd
-                  do q = 1, node_values
-                     patch(q, i, j, k) = patch(q, i, j, k) + (given(q) &
-                                                              + along(q, 1)*(2*i - low(1) - high(1)) &
-                                                              + along(q, 2)*(2*j - low(2) - high(2)) &
-                                                              + along(q, 3)*(2*k - low(3) - high(3)))
-                  end do
+         call restrict_node(at, 1, node_values, tile(:, at(1), at(2), at(3)), along, patch)
+      end do
+   end subroutine restrict_tile
+
+   !> Add to the nodes of a patch that a constrained node depends on their shares of values of it, and of what
+   !> these change by along each axis from the constrained node to the next one.
+   pure subroutine restrict_node(at, first, number, given, along, patch)
+      integer, intent(in) :: at(3)         !< the constrained node's place in the tile
+      integer, intent(in) :: first, number !< of the values in the patch
+      real(wp), intent(in) :: given(number), along(number, 3)
+      real(wp), intent(inout), contiguous :: patch(:, 0:, 0:, 0:)
+      real(wp) :: share
+      integer :: low(3), high(3), c, i, j, k, q
+      call coarse_nodes(at, low, high, share)
+      do k = low(3), high(3)
+         do j = low(2), high(2)
+            do i = low(1), high(1)
+               !$omp simd private(c)
+               do q = 1, number
+                  c = first - 1 + q
+                  patch(c, i, j, k) = patch(c, i, j, k) + share*(given(q) &
+                                                                 + along(q, 1)*(2*i - low(1) - high(1)) &
+                                                                 + along(q, 2)*(2*j - low(2) - high(2)) &
+                                                                 + along(q, 3)*(2*k - low(3) - high(3)))
                end do
             end do
          end do
       end do
-   end subroutine restrict_tile
+   end subroutine restrict_node
 
    !> By how much the momentum of a constrained node's mass changes from it to the next node along each of
    !> some axes: from the velocities of the nodes on both sides, or of one where the other has no mass, but
@@ -228,9 +243,10 @@ contains
       type(level_t), intent(inout) :: fine !< its work list is used
       real(wp), intent(in) :: half
       real(wp), intent(inout), contiguous :: patch(:, 0:, 0:, 0:)
-      real(wp) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last), share
+      real(wp) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      real(wp), parameter :: level_along(3, 3) = 0.0_wp
       type(layout_t) :: layout
-      integer :: s, at(3), low(3), high(3), i, j, k
+      integer :: s, at(3)
       logical :: is_constrained(0:tile_last, 0:tile_last, 0:tile_last)
       associate (block => fine%blocks(edge%block), rows => fine%grid%rows)
          if (block%particles%count == 0) return
@@ -251,17 +267,11 @@ contains
       do s = 1, size(edge%constrained, 2)
          at = edge%constrained(:3, s)
          if (.not. tile(mass_, at(1), at(2), at(3)) > 0.0_wp) cycle
-         call coarse_nodes(at, low, high, share)
-         do k = low(3), high(3)
-            do j = low(2), high(2)
-               do i = low(1), high(1)
-                  patch(p_x:p_z, i, j, k) = patch(p_x:p_z, i, j, k) &
-                     - 0.5_wp*half*share*tile(f_x:f_z, at(1), at(2), at(3))
-                  if (size(patch, 1) > node_values) patch(lag_first:lag_last, i, j, k) = &
-                     patch(lag_first:lag_last, i, j, k) + share*tile(f_x:f_z, at(1), at(2), at(3))
-               end do
-            end do
-         end do
+         associate (force => tile(f_x:f_z, at(1), at(2), at(3)))
+            call restrict_node(at, p_x, 3, -0.5_wp*half*force, level_along, patch)
+            if (size(patch, 1) > node_values) &
+               call restrict_node(at, lag_first, 3, 1.0_wp*force, level_along, patch)
+         end associate
       end do
    end subroutine restrict_lag
 
@@ -342,48 +352,63 @@ contains
       end do
    end subroutine interpolate_lag
 
-   !> To the nodes of a patch what the constrained nodes of a tile have in sums over all blocks: of volumes
-   !> and values that go with them.
-   pure subroutine restrict_to(edge, tile, arm, patch)
+   !> Add to a patch some values of the constrained nodes that a block restricts, by their shares to a power:
+   !> 1 for sums, 2 for a diagonal of the stiffness, which shares enter twice.
+   pure subroutine restrict(edge, tile, first, last, power, patch)
       type(edge_t), intent(in) :: edge
       real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      real(wp), intent(in) :: arm !< the tile's cell (m) where values 2 to 4 are volume times a place, which
-                                  !< counts from the node; else 0
+      integer, intent(in) :: first, last, power
       real(wp), intent(inout), contiguous :: patch(:, 0:, 0:, 0:)
-      real(wp) :: share
-      integer :: at(3), low(3), high(3), i, j, k, s
+      real(wp) :: along(node_values, 3), share
+      integer :: at(3), low(3), high(3), s
+      along = 0.0_wp
       do s = 1, size(edge%constrained, 2)
          if (edge%constrained(4, s) == 0) cycle
          at = edge%constrained(:3, s)
-         if (.not. tile(1, at(1), at(2), at(3)) > 0.0_wp) cycle
          call coarse_nodes(at, low, high, share)
-         do k = low(3), high(3)
-            do j = low(2), high(2)
-               do i = low(1), high(1)
-                  associate (given => tile(:, at(1), at(2), at(3)), to => patch(:, i, j, k))
-                     to(:node_values) = to(:node_values) + share*given
-                     to(2:4) = to(2:4) + share*given(1)*arm*(low + high - 2*[i, j, k])
-                  end associate
-               end do
-            end do
-         end do
+         call restrict_node(at, first, last - first + 1, &
+                            share**(power - 1)*tile(first:last, at(1), at(2), at(3)), &
+                            along(:last - first + 1, :), patch)
       end do
-   end subroutine restrict_to
+   end subroutine restrict
 
-   !> The means of constrained nodes from those of the nodes that they depend on. What is in a tile and in a
-   !> patch are means, but for the volume in front, which stays.
-   pure subroutine take_means(edge, patch, tile)
+   !> Where values 2 to 4 are value 1 times a place that counts from the node: what to add behind `restrict`,
+   !> for the nodes of the patch have other places.
+   pure subroutine restrict_arms(edge, tile, cell, patch)
+      type(edge_t), intent(in) :: edge
+      real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      real(wp), intent(in) :: cell !< of the tile, m
+      real(wp), intent(inout), contiguous :: patch(:, 0:, 0:, 0:)
+      real(wp), parameter :: nothing(3) = 0.0_wp
+      real(wp) :: along(3, 3)
+      integer :: a, at(3), s
+      along = 0.0_wp
+      do s = 1, size(edge%constrained, 2)
+         if (edge%constrained(4, s) == 0) cycle
+         at = edge%constrained(:3, s)
+         do a = 1, 3
+            along(a, a) = -tile(1, at(1), at(2), at(3))*cell
+         end do
+         call restrict_node(at, 2, 3, nothing, along, patch)
+      end do
+   end subroutine restrict_arms
+
+   !> Some values of all constrained nodes of a tile from those of the nodes that they depend on.
+   pure subroutine prolong(edge, patch, first, last, tile)
       type(edge_t), intent(in) :: edge
       real(wp), intent(in), contiguous :: patch(:, 0:, 0:, 0:)
+      integer, intent(in) :: first, last
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       real(wp) :: node(node_values)
-      integer :: at(3), s
+      integer :: at(3), q, s
       do s = 1, size(edge%constrained, 2)
          at = edge%constrained(:3, s)
          call interpolate(patch, at, 1, node)
-         tile(2:, at(1), at(2), at(3)) = node(2:)
+         do q = first, last
+            tile(q, at(1), at(2), at(3)) = node(q)
+         end do
       end do
-   end subroutine take_means
+   end subroutine prolong
 
    !> Some values of a constrained node, as many as a node has, from those of the nodes that it depends on
    !> (theory.md, eq. constrained): half of each of two along each axis, which are the same one where it lies

@@ -44,7 +44,7 @@ contains
                          ' has a position that is not a number'//unstable, recoverable=.true.)
             else
                call fail(error, exit_numerical, particle_text(model, l, b, p)// &
-                         ' moved further than the next block, at most '//to_text(max_cells_a_step)// &
+                         ' moved beyond the neighbouring block, at most '//to_text(max_cells_a_step)// &
                          ' cells a step are allowed'//unstable, recoverable=.true.)
             end if
          end do
@@ -95,7 +95,7 @@ contains
       end subroutine complain
    end subroutine report_outside
 
-   !> Name a particle that was turned inside out.
+   !> Name a particle that has inverted.
    subroutine report_inversion(model, l, b, error)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
@@ -105,7 +105,7 @@ contains
          do p = 1, block%particles%count
             if (block%particles%column(p, model%levels(l)%layout%volume) > 0.0_wp) cycle
             call fail(error, exit_numerical, particle_text(model, l, b, p)// &
-                      ' was turned inside out (volume '// &
+                      ' has inverted: det F <= 0 (volume '// &
                       to_text(block%particles%column(p, model%levels(l)%layout%volume))// &
                       ' m3, must be above 0); try a smaller safety', recoverable=.true.)
             return

@@ -1,7 +1,7 @@
 !> What takes a model from one time to the next. Kinds of it: explicit_t (advance.f90), quasi_static_t
 !> (quasi_static.f90).
 module m_integrator
-   use m_kinds, only: wp
+   use m_kinds, only: wp, i8
    use m_errors, only: error_t
    use m_called_off, only: called_off_t
    use m_scene, only: scene_t
@@ -21,6 +21,7 @@ module m_integrator
       procedure :: keeps_state
       procedure :: messages
       procedure :: summary
+      procedure :: counts
       procedure :: release
       procedure :: finish
    end type integrator_t
@@ -94,6 +95,14 @@ contains
       character(len=:), allocatable :: text
       text = ''
    end function summary
+
+   !> Implicit steps done, their Newton iterations, linear solves and products, and times that a step was
+   !> halved.
+   pure function counts(self) result(values)
+      class(integrator_t), intent(in) :: self
+      integer(i8) :: values(5)
+      values = 0
+   end function counts
 
    !> Collective: free what PETSc holds.
    subroutine release(self)

@@ -10,6 +10,7 @@ module m_alternatives
    use m_forecast, only: rates_t
    use m_calibration, only: calibration_t, sample_cost
    use m_console, only: console_t
+   use m_figures, only: figures_t
    implicit none
    private
    public :: price_t, say_alternatives
@@ -49,38 +50,46 @@ contains
    end function memory
 
    !> Collective: time and memory of the scene set up otherwise.
-   subroutine say_alternatives(console, scene, model, found, price)
+   subroutine say_alternatives(console, scene, model, found, price, figures)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
       type(calibration_t), intent(in) :: found
       type(price_t), intent(in) :: price
+      type(figures_t), intent(inout) :: figures !< the same for programs
       integer :: n
       call console%line('')
       call console%line('what if                                                  time [s]     x        '// &
                         'memory [MB]   x')
-      call say(console, 'as it is', price, price)
-      call say(console, 'cells half as large', half_the_cell(price, blocks_at_half_cell(model)), price)
-      call say(console, 'one level more, half as wide'//merge(' around the tool', '                ', &
-            size(scene%tools) > 0), &
+      call say(console, figures, 'as it is', price, price)
+      call say(console, figures, 'cells half as large', &
+               half_the_cell(price, blocks_at_half_cell(model)), price)
+      call say(console, figures, 'one level more, half as wide'// &
+               merge(' around the tool', '                ', size(scene%tools) > 0), &
                one_level_more(price, scene, model, found), price)
       do n = 1, size(offered)
          if (all(scene%bodies%particles_per_cell == offered(n))) cycle
-         call say(console, to_text(offered(n))//' particles a cell', &
+         call say(console, figures, to_text(offered(n))//' particles a cell', &
                   with_particles(price, scene, model, offered(n)), price)
       end do
-      if (size(scene%tools) > 0) call say(console, 'the tools at a tenth of their speed', &
+      if (size(scene%tools) > 0) call say(console, figures, 'the tools at a tenth of their speed', &
                                           scaled(price, 10.0_wp*step_by_speed(scene, model)), price)
-      call say(console, trim(merge('half the safety   ', 'half the time_step', &
-                                   scene%time%time_step <= 0.0_wp)), scaled(price, 2.0_wp), price)
+      call say(console, figures, trim(merge('half the safety   ', 'half the time_step', &
+                                            scene%time%time_step <= 0.0_wp)), scaled(price, 2.0_wp), price)
    end subroutine say_alternatives
 
-   subroutine say(console, name, what, price)
+   subroutine say(console, figures, name, what, price)
       type(console_t), intent(inout) :: console
+      type(figures_t), intent(inout) :: figures
       character(len=*), intent(in) :: name
       type(price_t), intent(in) :: what, price !< otherwise, and as it is
+      type(figures_t) :: row
       character(len=52) :: label
       label = name
+      call row%words('change', trim(name))
+      call row%number('time_s', what%time())
+      call row%number('memory_B', what%memory())
+      call figures%item('alternatives', row)
       call console%line(label//in_column(what%time(), 14, 3)//in_column(what%time()/price%time(), 8, 2) &
                         //in_column(1.0e-6_wp*what%memory(), 15, 1) &
                         //in_column(what%memory()/price%memory(), 8, 2))

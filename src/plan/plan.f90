@@ -12,7 +12,7 @@ module m_plan
    use m_calibration, only: calibrate, calibration_t
    use m_alternatives, only: price_t, say_alternatives
    use m_console, only: console_t
-   use m_plan_figures, only: plan_figures_t
+   use m_figures, only: figures_t
    use m_cost_report, only: cost_t, write_cost_report, cost_line_length
    use m_errors, only: error_t
    implicit none
@@ -27,7 +27,7 @@ contains
       type(scene_t), intent(in) :: scene
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: kept !< memory of the guard's copies on all ranks, bytes
-      type(plan_figures_t), intent(inout) :: figures
+      type(figures_t), intent(inout) :: figures
       type(error_t), intent(inout) :: error
       type(calibration_t) :: found
       type(price_t) :: price
@@ -58,7 +58,7 @@ contains
       call say_plan(console, scene, model, found, price, first)
       call take_figures(figures, scene, model, found, price, first)
       call say_table(console, model, found, price)
-      call say_alternatives(console, scene, model, found, price)
+      call say_alternatives(console, scene, model, found, price, figures)
       call console%line('planned: '//scene%title//'; nothing was run and nothing written')
    end subroutine print_plan
 
@@ -110,7 +110,7 @@ contains
 
    !> The same figures for programs.
    subroutine take_figures(figures, scene, model, found, price, first)
-      type(plan_figures_t), intent(inout) :: figures
+      type(figures_t), intent(inout) :: figures
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
       type(calibration_t), intent(in) :: found

@@ -8,7 +8,7 @@ module m_static_plan
    use m_model, only: model_t
    use m_forecast, only: model_bytes
    use m_integrator, only: integrator_t
-   use m_plan_figures, only: plan_figures_t
+   use m_figures, only: figures_t
    use m_console, only: console_t
    use m_errors, only: error_t
    implicit none
@@ -29,7 +29,7 @@ contains
       type(scene_t), intent(in) :: scene
       type(model_t), intent(inout) :: model
       class(integrator_t), intent(inout) :: integrator
-      type(plan_figures_t), intent(inout) :: figures
+      type(figures_t), intent(inout) :: figures
       type(error_t), intent(inout) :: error
       real(wp) :: bytes(2), began, seconds, first, particles, seconds_in_all
       integer :: n, taken, to_come(2)

@@ -82,10 +82,11 @@ def said(log, pattern):
 def work_of_condition(name, log, share):
     """The work that the condition of contact does, over the largest energy; how far faces stand off their
     particles."""
-    work = said(log, r"^contact: the condition itself did .* work, (\S+) % of the largest energy")
+    work = said(log, r"^contact: the constraint itself did .* work, (\S+) % of the largest energy")
     check(f"{name}: work of the condition over the largest energy, from nothing", max(0.0, work / 100), 1e-3)
     check(f"{name}: the same, lost", max(0.0, -work / 100), 2e-3)
-    check(f"{name}: faces off their particles, cells", said(log, r"gaps carried at most (\S+) cells"), share)
+    drift = float(History(Path(name) / "cost.dat").notes["largest_drift_cells"])
+    check(f"{name}: faces off their particles, cells", drift, share)
 
 
 def rises(energy):

@@ -202,7 +202,7 @@ def invariants(scene, run, planted):
 
 def is_said(name, scene, run):
     """True where the run itself warns of a figure."""
-    words = {"work": "do work that the particles they", "loss": "energy lost", "gain": "energy from nowhere"}
+    words = {"work": "WARNING: work of", "loss": "WARNING: energy loss", "gain": "spurious energy growth"}
     if name not in words or (name == "gain" and scene.update != "usf"):
         return False
     return any(words[name] in line for line in run.warned)

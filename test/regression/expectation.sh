@@ -15,9 +15,9 @@ cat >late.nml <<'SCENE'
 SCENE
 for n in 1 2; do
    run_scene $n late.nml late.log || fail "on $n: status $?: $(tail -n 3 late.log)"
-   grep '^expected at step' late.log || fail "on $n: no word of what was expected: $(tail -n 30 late.log)"
+   grep '^estimate at step' late.log || fail "on $n: no word of what was expected: $(tail -n 30 late.log)"
    # it is made of steps after those at rest: the tool touches after 12 of 24 ns
-   steps=$(sed -nE 's/^expected at step ([0-9]+):.*/\1/p; s/^([0-9]+) steps to .*/\1/p' late.log | sort -n | tr '\n' ' ')
+   steps=$(sed -nE 's/^estimate at step ([0-9]+):.*/\1/p; s/^([0-9]+) steps to .*/\1/p' late.log | sort -n | tr '\n' ' ')
    echo "   on $n: expected at step, steps: $steps"
    echo "$steps" | awk 'NF != 2 { exit 1 } { exit !($1 >= 0.5*$2 && $1 < 0.9*$2) }' ||
       fail "on $n the run told its time from steps in which all was at rest: $steps"

@@ -87,7 +87,7 @@ refused 'local damping with a tool' "line 6, &damping kind='local'" local.nml
 run_scene 1 over.nml || fail 'a run with a checkpoint'
 cp over/energy.dat energy_before.dat
 "$GIMP3D" --restart over >again.log 2>&1 || { cat again.log; fail 'going on from a run at its end'; }
-grep -q '10 ms: the run is there; nothing is left to be done' again.log || { cat again.log; fail 'a run at its end does not say so'; }
+grep -q '10 ms: the run has reached its end; nothing is left to do' again.log || { cat again.log; fail 'a run at its end does not say so'; }
 cmp -s over/energy.dat energy_before.dat || fail 'going on from a run at its end changed energy.dat'
 sed "s/end_time=0.01/end_time=0.005, restart='over'/" over.nml >earlier.nml
 cp over/case.nml case_before.nml

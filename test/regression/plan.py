@@ -61,13 +61,10 @@ def main():
     written = len(list(directory.glob("particles_*.hdf")))
     if snapshots != written:
         wrong.append(f"{snapshots} snapshots were planned, {written} written")
-    rows = {
-        name: [float(value) for value in values.split()]
-        for name, values in re.findall(
-            r"^([a-z0-9].{50}) +((?:[0-9.]+ +){3}[0-9.]+)$", plan[plan.index("what if") :], re.M
-        )
-    }
-    rows = {name.strip(): values for name, values in rows.items()}
+    rows = {row["change"]: [row["time_s"], row["memory_B"]] for row in figures["alternatives"]}
+    for name in rows:
+        if not re.search("^" + re.escape(name) + "  ", plan[plan.index("what if") :], re.M):
+            wrong.append(f"what if: the console has no row {name}")
     others = [name for name in rows if name.endswith("particles a cell")]
     shorter = "half the time_step" if "given step" in sys.argv else "half the safety"
     for name in ["as it is", "cells half as large", shorter] + others:
@@ -79,7 +76,7 @@ def main():
         # Times are this machine's; what twice the steps, and eight times the particles, are made of is the
         # plan's own: output is written as often. Printed to 1 ms; and
         # half as long a step may take one more or less than twice the steps.
-        output = float(find(r"^output +([0-9.]+) ", plan[plan.index("seconds  ") :], "row of output")[1])
+        output = figures["output_s"]
         once = rows["as it is"][0]
         one_step = (once - output) / planned
         if abs(rows[shorter][0] - (2 * once - output)) > 0.002 + 1.01 * one_step or once <= output:
@@ -90,7 +87,7 @@ def main():
         if times != sorted(times):
             wrong.append(f"particles a cell: {rows}")
     off = find(
-        r"^expected at step \d+: .* in all; it took .* % (?:more|less) and (\S+) % (?:more|less) than that",
+        r"^estimate at step \d+: .* in total; the run took .* time and (\S+) % (?:more|less) memory$",
         run,
         "comparison with what was expected",
     )

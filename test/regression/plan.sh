@@ -30,9 +30,17 @@ planned levels "$ROOT/test/io/levels.nml" 2 flying
 
 mpirun -n 1 "$GIMP3D" --plan --json same.json spheres.nml >same.log 2>&1 || fail "--plan: status $?"
 [ ! -e out ] && grep -q '"kind": "explicit"' same.json || fail '--plan: wrote output, or no figures'
-status=0
-"$GIMP3D" --json no.json <spheres.nml >no.log 2>&1 || status=$?
-[ $status -eq 2 ] && grep -q -- '--json is for the figures of a plan' no.log && [ ! -e out ] || fail "figures without a plan: $status"
+# the same with a run: the figures of its end, which its cost.dat has too
+"$GIMP3D" --json run.json <spheres.nml >run.log 2>&1 || fail "a run with --json: status $?"
+"$PYTHON" - <<'END' || fail 'the figures of a run'
+import json
+from gimp3d.run_log import log_of
+figures, facts = json.load(open("run.json")), log_of("out").facts
+assert figures["outcome"] == facts["outcome"] == "finished" and figures["outcome_text"].startswith("finished: "), figures
+for name in ("steps", "particle_steps", "particles_at_start", "particle_steps_at_rest", "energy_balance_error_J", "simulated_s"):
+    assert figures[name] == float(facts[name]), (name, figures[name], facts[name])
+END
+rm -r out
 status=0
 "$GIMP3D" --help >help.log || status=$?
 [ $status -eq 0 ] && grep -q '^usage: gimp3d' help.log || fail "--help: $status"

@@ -1,6 +1,5 @@
 """Pole figures of made-up orientations. usage: pole_figure.py ROOT"""
 
-
 import numpy as np
 
 from gimp3d import pole_figure as pf

@@ -10,7 +10,6 @@ from page import Page
 from gimp3d.report_charts import chosen_rows, most_rows
 from gimp3d.report_worth import judge
 from gimp3d.run_data import History, Particles
-from gimp3d.run_log import RunLog
 from checks import finish, near, require
 
 
@@ -224,8 +223,8 @@ def others():
         "older": (["1 particle files here are not in the run's index"], ["section-0"], []),
         "alarmed": (
             [
-                "WARNING: energy lost",
-                "range      particles are pressed by 40 %",
+                "WARNING: energy loss",
+                "range      particles are compressed by 40 %",
                 "retry 1: planted",
                 "faults: 1 retry",
                 "energy balance error: 30 %",
@@ -260,10 +259,9 @@ def others():
 
 def verdicts():
     """One bad figure at a time turns its own verdict and no other."""
-    log = RunLog(Path("run/run.log").read_text())
     notes = History(Path("run/cost.dat")).notes
     energy, tools = History(Path("run/energy.dat")), [History(Path("run/tool_cone.dat"))]
-    before = {row.quantity: row.verdict for row in judge(log, notes, energy, tools)}
+    before = {row.quantity: row.verdict for row in judge(notes, energy, tools)}
     largest = float(notes["largest_energy_J"])
     bad = {
         "overlap with tools": ("largest_overlap_cells", 0.0051),
@@ -283,9 +281,7 @@ def verdicts():
     }
     for quantity, (name, value) in bad.items():
         for number, verdict in ((value, "look at it"), (good[name], "good")):
-            rows = {
-                row.quantity: row.verdict for row in judge(log, {**notes, name: str(number)}, energy, tools)
-            }
+            rows = {row.quantity: row.verdict for row in judge({**notes, name: str(number)}, energy, tools)}
             changed = {one for one in rows if rows[one] != before[one] and one != quantity}
             require(
                 f"{quantity} at {name}={number:g}", rows[quantity] == verdict and not changed, (rows, changed)
@@ -296,11 +292,12 @@ def verdicts():
         (40, "9e-9", "look at it"),
         (1, "2e-3", "look at it"),
     ):
-        said = RunLog(
-            f"contact: 1000 solves, 1 iterations\ncontact: largest residual {residual} (relative), {above} "
-            "steps above the tolerance"
-        )
-        row = judge(said, {}, None, [])[0]
+        said = {
+            "contact_solves": "1000",
+            "contact_largest_residual": residual,
+            "contact_steps_above_tolerance": str(above),
+        }
+        row = judge(said, None, [])[0]
         require(f"residual {residual}, {above} steps above", row.verdict == verdict, row)
     # Kinetic energy: of the second half of the depth only, while the tool goes in
     energy.columns["external_work"] = np.full(energy.rows, 1.0)
@@ -312,9 +309,9 @@ def verdicts():
     ):
         energy.columns["kinetic"] = np.zeros(energy.rows)
         energy.columns["kinetic"][where] = share
-        row = next(row for row in judge(None, {}, energy, tools) if row.quantity == "kinetic energy")
+        row = next(row for row in judge({}, energy, tools) if row.quantity == "kinetic energy")
         require(f"kinetic energy {share} at {where}", row.verdict == verdict, row)
-    require("nothing to judge by", judge(None, {}, None, []) == [])
+    require("nothing to judge by", judge({}, None, []) == [])
 
 
 def rows_and_surface():

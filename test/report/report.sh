@@ -36,13 +36,13 @@ cp older/particles_00000000.hdf older/particles_99999999.hdf
 copy alarmed
 {
    sed '/^finished: /,$d' run/run.log
-   echo 'retry 1: planted; goes back to step 0 and on with 1/2 of the time step'
-   echo 'range      particles are pressed by 40 %: fixed domains overlap'
+   echo 'retry 1: planted; rolls back to step 0, continues with 1/2 of the time step'
+   echo 'range      particles are compressed by 40 %: fixed domains overlap'
    sed -n '/^finished: /,$p' run/run.log | sed 's/^guard: .*/guard: 1 retry, the last at time 1 ns/'
-   echo 'WARNING: energy lost: up to 1 J, 30 % of the largest'
+   echo 'WARNING: energy loss: up to 1 J, 30 % of the largest'
 } >alarmed/run.log
 rm alarmed/particles*
-sed -i 's/^AUXDATA energy_balance_error_J=.*/AUXDATA energy_balance_error_J="0.3"/; s/^AUXDATA largest_energy_J=.*/AUXDATA largest_energy_J="1"/' \
+sed -i 's/^AUXDATA retries=.*/AUXDATA retries="1"/; s/^AUXDATA energy_balance_error_J=.*/AUXDATA energy_balance_error_J="0.3"/; s/^AUXDATA largest_energy_J=.*/AUXDATA largest_energy_J="1"/' \
    alarmed/cost.dat
 sed "s:'out':'fault':; s/\&guard.*//" "$ROOT/test/regression/leaving.nml" >fault.nml
 status=0

@@ -5,6 +5,7 @@ import random
 import shutil
 import h5py
 from restarts import *
+from checks import faults
 
 chance = random.Random(int(os.environ.get("FUZZ_SEED", "8")))
 cases = int(sys.argv[1])
@@ -111,5 +112,5 @@ for case in range(cases):
         if found:
             require(f"case {case} ({what}): {found[0]}", False)
 print(f"   statuses: {statuses}")
-require(f"{cases} mutations", failures == 0)
+require(f"{cases} mutations", not faults)
 finish()

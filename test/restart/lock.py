@@ -191,6 +191,6 @@ def state():
 before = state()
 for ranks in (1, 2):
     output = run(ranks, restart=OUT)
-    require(f"{ranks} ranks: a run that has ended says so", "nothing is left to be done" in output)
+    require(f"{ranks} ranks: a run that has ended says so", "nothing is left to do" in output)
     require(f"{ranks} ranks: and is left alone", state() == before)
 finish()

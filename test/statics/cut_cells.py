@@ -7,9 +7,7 @@ the others' stiffness, which changes with every step. With the diagonal of anoth
 solve takes thousands of products, or does not end. usage: cut_cells.py (in an empty directory; GIMP3D is the
 program)"""
 
-import re
-
-from static_scenes import check, finish, run
+from static_scenes import check, counts, finish, run
 
 scene = """&scene title='cut by round-off', end_time=4 /
 &grid lower=0,0,0, upper=8,8,8, cell_size=1, boundary='free','free','free','free','fixed','free' /
@@ -25,7 +23,7 @@ scene = """&scene title='cut by round-off', end_time=4 /
 
 def products(name, pull):
     log = run(scene.format(name=name, pull=pull), 1)
-    return float(re.search(r"([\d.]+) products a step", log)[1])
+    return counts(log)[3]
 
 
 lifted = products("lifted", "-1e-13")  # Pa
@@ -45,6 +43,6 @@ radius=1.226, edge=1,0,0 /
 &output directory='metal', formats='none' /
 """
 log = run(METAL, 1)
-check("metal with inertia: products a step", float(re.search(r"([\d.]+) products a step", log)[1]), 100)
-check("metal with inertia: steps that are halved", int(re.search(r"(\d+) times halved", log)[1]), 0)
+check("metal with inertia: products a step", counts(log)[3], 100)
+check("metal with inertia: steps that are halved", counts(log)[4], 0)
 finish()

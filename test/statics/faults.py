@@ -11,7 +11,7 @@ is the program)
 
 import re
 
-from static_scenes import check, finish, require, run, tool
+from static_scenes import check, counts, finish, require, run, tool
 
 BLOCK = """&grid lower=0,0,0, upper=0.6,0.6,1, cell_size=0.1, boundary='symmetry','free','symmetry','free','roller','free' /
 &body material='soft', shape='box', lower=0,0,0, upper=0.3,0.3,0.6 /
@@ -27,7 +27,7 @@ log = run(
 """,
     1,
 )
-require("a step that is too long is halved", re.search(r"[1-9]\d* times halved", log))
+require("a step that is too long is halved", counts(log)[4] > 0)
 
 log = run(
     "&scene title='heavy', end_time=1 /\n"
@@ -41,7 +41,7 @@ log = run(
     (3,),
 )
 place = re.search(r"at \(([^)]*)\) m on level 1: no equilibrium", log)
-require("a particle at the top would move too far", place and float(place[1].split(",")[2]) > 0.5)
+require("the particle at the top moves too far", place and float(place[1].split(",")[2]) > 0.5)
 
 log = run(
     "&scene title='leaves', end_time=10 /\n"

@@ -31,14 +31,11 @@ def tool(directory, name):
     return History(Path(directory) / f"tool_{name}.dat")
 
 
-def counts(log, kind="quasi-static"):
+def counts(log, kind=""):
     """Steps; Newton iterations, solves and products a step; times halved."""
-    found = re.search(
-        kind + r": (\d+) steps, (\S+) Newton iterations, (\S+) linear solves and (\S+) products a step; "
-        r"(\d+) times",
-        log,
-    )
-    return [float(value) for value in found.groups()]
+    names = ("implicit_steps", "newton_iterations", "linear_solves", "linear_products", "steps_halved")
+    steps, newton, solves, products, halved = (log.figures[name] for name in names)
+    return [steps, newton / steps, solves / steps, products / steps, halved]
 
 
 def newton_by_step(log):

@@ -63,13 +63,13 @@ require(
 
 # the budget
 require("a run says its budget", "budget     7500 cells of all levels that the error places together" in said)
-require("and that it binds", "the budget kept out cells whose error is above the tolerance" in said)
+require("and that it binds", "the budget left out cells with an error above the tolerance" in said)
 cells = int(re.search(r"level 2 has (\d+) cells", said).group(1))
 require(f"and keeps to it: {cells} cells", cells <= 7500)
 said = works("free", level="&level criterion='error', tolerance=0.02 /\n", end=0.06)
 require(
     "it does not bind where there is room",
-    "levels by the error: looked at" in said and "the budget kept out" not in said,
+    "levels by the error: evaluated" in said and "the budget left out" not in said,
 )
 status, _, wrong = run("too_few", level="&level criterion='error', max_cells=2000 /\n")
 require(

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gimp3d.run_data import Particles, snapshot_paths
 from run_scene import History, probe, run
 from checks import check, finish, require
 
@@ -42,14 +43,32 @@ def loads_off(directory):
     return np.array(off)
 
 
+def corner_off():
+    """Displacement of the particle nearest to the edge of the top, along the axis and outwards, over the exact
+    one less 1: uniform flow, of the volume that the axial stress leaves elastically."""
+    last = Particles(snapshot_paths(Path("billet"))[-1])
+    height = HEIGHT - History("billet/tool_die.dat")["depth"][-1]
+    start = last["position"] - last["displacement"]
+    radius = np.hypot(start[:, 0], start[:, 1])
+    corner = np.argmax(radius / RADIUS + start[:, 2] / HEIGHT)
+    stress = YIELD + HARDENING * math.log(HEIGHT / height)
+    volume = 1 - stress * (1 - 2 * 0.3) / 200e9
+    outwards = math.hypot(*last["position"][corner, :2]) - radius[corner]
+    along = last["displacement"][corner, 2] / ((height / HEIGHT - 1) * start[corner, 2])
+    return along - 1, outwards / ((math.sqrt(volume * HEIGHT / height) - 1) * radius[corner]) - 1
+
+
 def billet():
-    log = run(BILLET, 1)
+    log = run(BILLET.replace("formats='none'", "formats='hdf5', every=0"), 1)
     require(
         "what the program chose is said",
         "chosen     domain='corners'" in log and "chosen     anti_locking" in log,
     )
     require("no range is left", not re.search("^range ", log, re.M))
     check("billet: load off the exact one from 13 to 57 % of the height", loads_off("billet"), 0.01)
+    check(
+        "billet: displacement of the corner off the exact one, along the axis, outwards", corner_off(), 0.005
+    )
     log = run(BILLET + "&time domain='fixed' /\n", 1)
     off = loads_off("billet")
     require(

@@ -2,8 +2,6 @@
 stay, and the run is the same on any number of ranks. usage: merging.py (in an empty directory; GIMP3D is the
 program)"""
 
-import re
-
 from run_scene import run
 from checks import check, finish, require
 from runs import energy, same_bits, vector
@@ -21,11 +19,8 @@ SCENE = """&scene title='block through a level', end_time=0.35 /
 
 def fly(name, ranks=1, domain="corners", model="neo_hookean", spin="2,3,5"):
     """Particles made by splitting, those made of eight, particles at the end."""
-    said = run(SCENE.format(name=name, domain=domain, model=model, spin=spin), ranks)
-    found = re.search(
-        r"^domains: (\d+) particles made by splitting, (\d+) by merging eight, (\d+)", said, re.M
-    )
-    return [int(number) for number in found.groups()]
+    figures = run(SCENE.format(name=name, domain=domain, model=model, spin=spin), ranks).figures
+    return [int(figures[number]) for number in ("splits", "merges", "particles_at_end")]
 
 
 for domain, model, spin in (

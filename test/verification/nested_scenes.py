@@ -40,19 +40,15 @@ class Outcome:
         )
         self.name, self.log = name, run(text, ranks)
         self.seconds, self.particles = seconds_and_particles(self.log)
-        self.work = int(re.search(r"^(\d+) particle-steps on", self.log, re.M)[1])
-        self.megabytes = self.held()
-        self.steps = int(re.search(r"^(\d+) steps to", self.log, re.M)[1])
+        figures = self.log.figures
+        self.work, self.steps = figures["particle_steps"], int(figures["steps"])
+        self.megabytes = 1e-6 * figures["memory_at_start_B"]
         self.tool = History(Path(name) / f"tool_{tool}.dat") if tool else None
         self.peaks = [peak(path) for path in sorted(Path(name).glob("particles_*.hdf"))]
 
     @staticmethod
     def every(text):
         return float(re.search(r"end_time=([-+0-9.eE]+)", text)[1]) / 4
-
-    def held(self):
-        number, prefix = re.search(r"rank\(s\), (\S+) (\S?)B in all", self.log).groups()
-        return float(number) * {"": 1e-6, "k": 1e-3, "M": 1.0, "G": 1e3}[prefix]
 
     def load(self, depth):
         return np.interp(depth, self.tool["depth"], self.tool["load_z"])

@@ -1,7 +1,7 @@
 """What the scripts of this suite share: a scene run from its text, and probes in the middle of particles."""
 
+import json
 import os
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -10,22 +10,31 @@ ROOT = Path(__file__).resolve().parents[2]
 from gimp3d.run_data import History
 
 
+class Said(str):
+    """What a run printed; `figures` has the numbers of its end by name (those of --json)."""
+
+
 def run(text, ranks, allowed=(0,)):
-    """Run a scene; its standard output and error. A status that is not allowed ends the test."""
+    """Run a scene; its standard output and error (Said). A status that is not allowed ends the test."""
+    figures = Path("figures.json")
+    figures.unlink(missing_ok=True)
     done = subprocess.run(
-        ["mpirun", "-n", str(ranks), os.environ["GIMP3D"]], input=text, capture_output=True, text=True
+        ["mpirun", "-n", str(ranks), os.environ["GIMP3D"], "--json", str(figures)],
+        input=text,
+        capture_output=True,
+        text=True,
     )
     if done.returncode not in allowed:
         sys.exit(
             f"FAILED: ended with status {done.returncode}:\n{text}\n{done.stdout[-1500:]}{done.stderr[-800:]}"
         )
-    return done.stdout + done.stderr
+    said = Said(done.stdout + done.stderr)
+    said.figures = json.loads(figures.read_text()) if figures.is_file() else {}
+    return said
 
 
 def seconds_and_particles(log):
-    return float(re.search(r"^all +\S+ +(\S+)", log, re.M)[1]), int(
-        re.search(r"^particles +(\d+)", log, re.M)[1]
-    )
+    return log.figures["wall_s"], int(log.figures["particles_at_start"])
 
 
 def probe(directory, name):

@@ -165,7 +165,7 @@ def spall():
     last = snapshots("eroded")[-1]
     share = 1 - last.fields["mass"].sum() / held[0].fields["mass"].sum()
     require("some mass is gone, not much", 0.01 < share < 0.2)
-    require("the summary says so", "g of what has failed, taken out" in log)
+    require("the summary says so", "g of failed material removed" in log)
     check("mass of energy.dat and of the particles", rows["mass"][-1] / rows["mass"][0] - (1 - share), 1e-12)
     require("nothing that has failed is left", last.fields["damage"].max() < 1)
     check("balance of energy over the flyer's", np.abs(rows["balance_error"]).max(), 0.03)

@@ -104,8 +104,8 @@ def limit():
     require(
         "limit: the sentence",
         re.search(
-            r"^time \S+ ms: the work of the tools is not their work by the motion of the particles that they "
-            r"press: \S+ J apart, more than 0.001 of the largest energy or work, \S+ J; try",
+            r"^time \S+ ms: the work of the tools differs from the work on the particles that they "
+            r"press: \S+ J of difference, more than 0.001 of the largest energy or work, \S+ J; try",
             said,
         )
         and "stands in small" in said,

@@ -1,5 +1,5 @@
-!> The figures of a plan, for programs: a JSON object of numbers and texts.
-module m_plan_figures
+!> The figures of a plan or of a run, for programs: a JSON object of numbers, texts and lists of objects.
+module m_figures
    use m_kinds, only: wp
    use m_errors, only: error_t
    use m_text, only: exact_text
@@ -9,31 +9,72 @@ module m_plan_figures
    implicit none
    private
 
-   type, public :: plan_figures_t
+   type, public :: figures_t
       character(len=:), allocatable, private :: members
+      character(len=:), allocatable, private :: list, items !< the list that is being made: its name, objects
    contains
       procedure :: number
       procedure :: words
+      procedure :: fact
+      procedure :: item
       procedure :: write => write_figures
-   end type plan_figures_t
+   end type figures_t
 
 contains
 
    subroutine number(self, name, value)
-      class(plan_figures_t), intent(inout) :: self
+      class(figures_t), intent(inout) :: self
       character(len=*), intent(in) :: name !< with the unit: time_s
       real(wp), intent(in) :: value
       call add(self, name, exact_text(value))
    end subroutine number
 
    subroutine words(self, name, text)
-      class(plan_figures_t), intent(inout) :: self
+      class(figures_t), intent(inout) :: self
       character(len=*), intent(in) :: name, text
       call add(self, name, '"'//escaped(text)//'"')
    end subroutine words
 
+   !> `name=value`: a number where the value is one, else a text.
+   subroutine fact(self, note)
+      class(figures_t), intent(inout) :: self
+      character(len=*), intent(in) :: note
+      real(wp) :: value
+      integer :: equals, status
+      equals = index(note, '=')
+      status = 1
+      if (verify(trim(note(equals + 1:)), '+-.0123456789eE') == 0) &
+         read (note(equals + 1:), *, iostat=status) value
+      if (status == 0) call self%number(note(:equals - 1), value)
+      if (status /= 0) call self%words(note(:equals - 1), trim(note(equals + 1:)))
+   end subroutine fact
+
+   !> One object more of a list of this name, which is ended by the next list or by writing.
+   subroutine item(self, name, figures)
+      class(figures_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(figures_t), intent(in) :: figures
+      if (allocated(self%list)) then
+         if (self%list /= name) call end_list(self)
+      end if
+      if (.not. allocated(self%list)) then
+         self%list = name
+         self%items = ''
+      else
+         self%items = self%items//','
+      end if
+      self%items = self%items//new_line('a')//'  {'//figures%members//'}'
+   end subroutine item
+
+   subroutine end_list(self)
+      class(figures_t), intent(inout) :: self
+      if (.not. allocated(self%list)) return
+      call add(self, self%list, '['//self%items//']')
+      deallocate (self%list, self%items)
+   end subroutine end_list
+
    subroutine add(self, name, value)
-      class(plan_figures_t), intent(inout) :: self
+      class(figures_t), intent(inout) :: self
       character(len=*), intent(in) :: name, value
       character(len=:), allocatable :: before
       before = ''
@@ -58,11 +99,12 @@ contains
 
    !> Collective: rank 0 writes the file.
    subroutine write_figures(self, communicator, path, error)
-      class(plan_figures_t), intent(in) :: self
+      class(figures_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       character(len=*), intent(in) :: path
       type(error_t), intent(inout) :: error
       type(text_file_t) :: file
+      call end_list(self)
       if (communicator%is_root()) then
          call file%open(path, error)
          if (.not. error%happened()) call file%put('{', error)
@@ -74,4 +116,4 @@ contains
       call communicator%agree(error)
    end subroutine write_figures
 
-end module m_plan_figures
+end module m_figures
