@@ -5,7 +5,7 @@ module m_static_edges
    use m_kinds, only: wp
    use m_node_values, only: v_x, v_z, f_x, f_z
    use m_communicator, only: communicator_t
-   use m_edge, only: prolong_motion, prolong, restrict, add_patches
+   use m_edge, only: prolong_motion, prolong, restrict, add_patches, patch_last
    use m_composite, only: composite_t
    implicit none
    private
