@@ -5,7 +5,7 @@
    gimp3d-post identify SCENE=scene.nml DATA=measured.csv PARAMETERS=young=50e9:100e9 ...
 
  DATA       curves (.csv, .txt, .hld, a run's directory) or derived numbers (C, S, Wp/Wt, hf/hmax) of one tip
- TIP        of the DATA before it: cone:ANGLE[:RADIUS], berkovich[:RADIUS], vickers, sphere:RADIUS
+ TIP        of the DATA before it: cone:ANGLE, berkovich, vickers
  LAW        power (default): E*, yield stress, exponent
  FIX        what is known from elsewhere: young=66.8e9:0.02 (relative uncertainty), yield_stress=..., ...
  FREE       zero, compliance, drift: found with the material
@@ -28,9 +28,8 @@ from pathlib import Path
 import numpy as np
 
 from .api import RunFailed
-from .identification import fit, forward, measured, observed, page, surrogate, words
+from .identification import fit, forward, measured, observed, page, planning, surrogate, words
 from .identification.cache import SHIPPED, Cache
-from .identification.planning import minutes_of
 from .identification.tips import BadTip, Tip, read_tip
 from .run_data import Unreadable
 
@@ -133,6 +132,16 @@ def model_tip(tip, depth):
     return Tip(tip.kind, half_angle, tip.radius).over(depth) if tip.has_length else Tip(tip.kind, half_angle)
 
 
+def refuse_lengths(job):
+    """Spheres and rounded tips: their loads are no power of the depth, so that three numbers do not hold
+    them."""
+    for tip, _ in job.groups:
+        if tip.has_length:
+            raise BadRequest(
+                f"TIP: a {tip.title} has a length, its curve does not scale: take the general form (SCENE=)"
+            )
+
+
 def pairs_of(cache, tip):
     return [(case, record) for case, record in cache.cases() if case.tip == tip]
 
@@ -162,9 +171,12 @@ def priors_of(job):
 
 
 def refinement(tips, answer, cache):
-    """Cases at the optimum, on the cells of the others and on finer ones, where no run is near."""
-    ratio = float(f"{answer.best[0] * (1 - fit.TABLE_POISSON**2) / answer.best[1]:.3g}")
-    exponent = round(float(answer.best[2]), 2)
+    """Cases at the medians, on the cells of the others and on finer ones, where no run is near."""
+    young, yielding, exponent = (
+        answer.intervals[name][1] for name in ("modulus", "yield_stress", "exponent")
+    )
+    ratio = float(f"{young * (1 - fit.TABLE_POISSON**2) / yielding:.3g}")
+    exponent = round(exponent, 2)
     if not surrogate.RATIOS[0] <= ratio <= surrogate.RATIOS[1]:
         return []
     found = []
@@ -193,6 +205,7 @@ class Identification:
         self.cache = Cache(job.settings.get("CACHE", "out/identify/cache"), shipped)
         self.cores = int(job.number("CORES", len(os.sched_getaffinity(0))))
         self.program = job.settings.get("PROGRAM")
+        refuse_lengths(job)
         self.observed, self.priors = observe(job), priors_of(job)
         self.tips = [model_tip(one.tip, one.depth) for one in self.observed]
 
@@ -209,7 +222,7 @@ class Identification:
         if not missing and not refined:
             print("Plan: no runs; all are in the cache.")
             return 0.0
-        minutes = minutes_of(missing + again, self.cores, self.program)
+        minutes = planning.minutes_of(missing + again, self.cores, self.program)
         print(
             f"Plan: {len(missing)} runs for {len(set(self.tips))} tip(s) that the cache lacks, {refined} at "
             f"the optimum: {minutes:.1f} minutes on {self.cores} core(s).",
@@ -245,6 +258,17 @@ class Identification:
                 answer = problem.answer()
         return problem, answer
 
+    def minutes_of_tip(self, tips):
+        """What the runs of one of the tips would take, by what those of the first tip took."""
+        if not tips:
+            return 0.0
+        known = [
+            (planning.work(case), self.cache[case]["seconds"])
+            for case, _ in pairs_of(self.cache, self.tips[0])
+        ]
+        pace = sum(seconds for _, seconds in known) / sum(work for work, _ in known)
+        return sum(map(planning.work, surrogate.design(tips[0]))) * pace / self.cores / 60
+
     def surrogate_of(self, tip):
         return self.models.get(tip)
 
@@ -258,10 +282,8 @@ def fill(job):
     )
     cores = int(job.number("CORES", len(os.sched_getaffinity(0))))
     missing = [case for tip in tips for case in surrogate.design(tip) if case not in cache]
-    print(
-        f"Plan: {len(missing)} runs: {minutes_of(missing, cores, job.settings.get('PROGRAM')):.1f} minutes",
-        flush=True,
-    )
+    minutes = planning.minutes_of(missing, cores, job.settings.get("PROGRAM"))
+    print(f"Plan: {len(missing)} runs: {minutes:.1f} minutes", flush=True)
     cache.run(missing, cores=cores, program=job.settings.get("PROGRAM"))
     if "WRITE" in job.settings:
         cache.write(job.settings["WRITE"], tips)
@@ -317,7 +339,10 @@ def identify(arguments):
         return {"minutes": minutes}
     problem, answer = one.solve()
     said = words.sentences(answer, [o.tip for o in one.observed])
-    said += words.advice(words.next_experiments(problem, answer, one.surrogate_of))
+    left_out = [tip for tip in words.CANDIDATES if one.surrogate_of(tip) is None]
+    said += words.advice(
+        words.next_experiments(problem, answer, one.surrogate_of), left_out, one.minutes_of_tip(left_out)
+    )
     folder = Path(job.settings.get("OUT", "out/identify"))
     folder.mkdir(parents=True, exist_ok=True)
     record = answer_record(job, problem, answer, said, time.monotonic() - begun)

@@ -225,6 +225,7 @@ for words_, part in (
     (["DATA=cone.csv"], "needs a TIP"),
     (["DATA=none.csv", "TIP=berkovich"], "none.csv"),
     (["DATA=cone.csv", "TIP=spoon"], "allowed are"),
+    (["DATA=cone.csv", "TIP=sphere:1e-6"], "general form"),
     (["DATA=cone.csv", "TIP=cone:70.3", "FREE=luck"], "allowed are zero"),
     (["TIP=berkovich"], "stands behind its DATA"),
     (["DATE=cone.csv"], "the keys are"),
@@ -268,12 +269,38 @@ check(
 said = " ".join(general.sentences(model, found))
 check("no CHECK: that is said", "model's own error is not" in said)
 biased = general.fit(
-    MadeUp("a=0.5:5,b=0.1:3", falls, bias=0.05), changes=[("grid", "cell_size", 1.0)], say=quiet
+    MadeUp("a=0.5:5,b=0.1:3", falls, bias=0.05), changes=[("grid", None, "cell_size", 1.0)], say=quiet
 )
 check("CHECK that changes all by 5 % is 5 % of a", abs(np.sqrt(biased.model[0, 0]) - 0.05) < 0.005)
 product = MadeUp("a=0.5:5,b=0.1:3", lambda t, a, b: a * b * t)
 said = " ".join(general.sentences(product, general.fit(product, say=quiet)))
 check("a b t: a and b are not told apart, and that is said", "Not determined: a with b" in said)
+for law, numbers in (
+    ("ludwik", {"hardening_factor": 4e8, "hardening_exponent": 0.4}),
+    ("voce", {"hardening_rise": 4e8, "hardening_rate": 12.0}),
+):
+    values = {"young": 2e11, "yield_stress": 3e8, **numbers}
+    text = general.filled("&material @hardening@ /", values, law)
+    strain, stress = (
+        np.array(part.split("=")[1].strip(", /\n").split(","), float)
+        for part in text.replace("&material ", "").split("\n")
+    )
+    wanted = {"ludwik": 3e8 + 4e8 * strain**0.4, "voce": 3e8 + 4e8 * (1 - np.exp(-12 * strain))}[law]
+    check(
+        f"@hardening@ of {law}",
+        np.allclose(stress, wanted, rtol=1e-6) and strain[0] == 0 and np.all(np.diff(strain) > 0),
+    )
+x = np.linspace(0, 1, 2001)
+ripple = x**2 + 0.1 * np.random.default_rng(5).standard_normal(2001)
+places = np.linspace(0.1, 0.9, 40)
+mean = np.std(general.at_places(places, x, ripple) - places**2)
+check(f"a rippled history: {mean:.3f} off, single rows 0.1", mean < 0.03)
+check(
+    "few rows: between them",
+    np.allclose(
+        general.at_places(places, x[::100], (x**2)[::100]), np.interp(places, x[::100], (x**2)[::100])
+    ),
+)
 for words_, part in (("a=1", "LOW:HIGH"), ("a=3:1", "LOW:HIGH"), ("", "no NAME")):
     try:
         general.read_parameters(words_)
@@ -297,6 +324,10 @@ check(
 for words_, part in (
     (["PARAMETERS=young=2e9:4e9"], "@t1@"),
     (["PARAMETERS=young=2e9:4e9", "FIX=g1=0.3,g2=0.4,t1=1,t2=zwanzig"], "FIX"),
+    (
+        ["PARAMETERS=young=2e9:4e9", "FIX=g1=0.3,g2=0.4,t1=1,t2=20", "CHECK=grid.cell_size=0.7e-6"],
+        "cell_size",
+    ),
 ):
     status, _, err = command(*given, *words_)
     check(f"{' '.join(words_)}: {err[:80]}", status == 2 and part in err and len(err.splitlines()) == 1)

@@ -102,7 +102,7 @@ def main():
             )
         else:
             wrong += (
-                counts["stress at the strain known best within 3 %"] < 38 or np.median(found[:, 8]) > 0.15
+                counts["stress at the strain known best within 3 %"] < 38 or np.median(found[:, 8]) > 0.12
             )
     return int(wrong)
 

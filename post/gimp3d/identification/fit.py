@@ -24,7 +24,7 @@ TABLE_POISSON = 0.3
 DRAWS = 2**14
 LEVEL = 0.90
 ABOVE = 2.706  # of chi2 over the least: the 90 % interval of one number
-PYRAMID = np.array([0.02, 0.03, 0.03])  # of the features, where a cone stands for a pyramid: one sigma
+PYRAMID = np.array([0.035, 0.05, 0.05])  # of the features, where a cone stands for a pyramid: one sigma
 STRAINS = np.concatenate([[0.0], np.geomspace(1e-3, 0.3, 60)])
 
 

@@ -16,6 +16,7 @@ is a part of their uncertainty."""
 
 import hashlib
 import json
+import os
 import re
 import time
 from dataclasses import dataclass, field
@@ -35,6 +36,8 @@ SHRINK = 0.4  # of the steps, from round to round
 FIRST = 0.25  # step of the first round, of the range
 ROUNDS = 3
 TRUST = 1.6  # steps that a round may go
+DENSE = 5
+FEW = 5  # rows beyond the parameters: fewer do not say their own noise
 UNDETERMINED = 0.25  # one sigma of a logarithm
 
 
@@ -161,8 +164,8 @@ class Model:
         found = []
         for experiment in self.experiments:
             scene = Scene(filled(experiment.text, values, self.law))
-            for group, variable, value in changes:
-                scene.set(group, variable, value)
+            for group, which, variable, value in changes:
+                scene.set(group, variable, value, which)
             scene.ensure("output")
             scene.set("output", "directory", "run")
             found.append(scene.text)
@@ -212,7 +215,23 @@ class Model:
             history = run.history(name)
             if column not in history.columns:
                 raise Unreadable(f"{name}.dat has no column {column}; it has {', '.join(history.columns)}")
-            yield np.interp(experiment.over, x[order], np.abs(np.asarray(history[column]))[order])
+            yield at_places(experiment.over, x[order], np.abs(np.asarray(history[column]))[order])
+
+
+def at_places(places, x, y):
+    """A history at the measured places: where it has DENSE rows or more from half-way to one neighbour to
+    half-way to the other, their mean about the place, as waves and cells ripple a load; else between rows."""
+    found = np.interp(places, x, y)
+    if len(places) < 3:
+        return found
+    order = np.argsort(places)
+    half = np.gradient(places[order]) / 2
+    for number, middle, reach in zip(order, places[order], half):
+        low, high = np.searchsorted(x, [middle - reach, middle + reach])
+        if high - low >= DENSE and middle - reach >= x[0] and middle + reach <= x[-1]:
+            slope, mean = np.polyfit(x[low:high] - middle, y[low:high], 1)
+            found[number] = mean
+    return found
 
 
 def parabolas(centre, before, behind):
@@ -262,7 +281,9 @@ def fit(model, rounds=ROUNDS, changes=(), say=print):
         say(f"round {number + 1} of {rounds}: {shown}; chi2 {chi2:.4g} of {len(values)} rows", flush=True)
         last = step.copy()
         step = step * SHRINK
-    scatter = max(chi2 / max(len(values) - len(x), 1), 1e-12) * correlation_time(left)
+    freedom = len(values) - len(x)
+    scatter = chi2 / freedom * correlation_time(left) if freedom >= FEW else 1.0  # of few rows NOISE counts
+    scatter = max(scatter, 1e-12)
     jacobian = (slope + bend * found.x) / last / sigma[:, None] / np.sqrt(scatter)
     scale = np.sqrt((jacobian**2).sum(axis=0)) + 1e-300
     covariance = np.linalg.pinv((jacobian / scale).T @ (jacobian / scale), rcond=1e-13) / np.outer(
@@ -276,18 +297,20 @@ def fit(model, rounds=ROUNDS, changes=(), say=print):
 
 
 def read_changes(words):
-    """group.variable=value,... of CHECK; values with blanks between them are lists."""
+    """group.variable=value,... of CHECK, with a number for one of several groups (level.2.upper=...); values
+    with blanks between them are lists."""
     found = []
     for word in filter(None, (words or "").split(",")):
         place, _, value = word.partition("=")
-        group, _, variable = place.partition(".")
+        group, *number, variable = place.split(".") if "." in place else (place, "")
         try:
-            numbers = [float(number) for number in value.split()]
+            numbers = [float(text) for text in value.split()]
+            which = int(number[0]) - 1 if number else None
         except ValueError:
             numbers = []
-        if not variable or not numbers:
-            raise Unreadable(f"CHECK={word}: not GROUP.VARIABLE=VALUE")
-        found.append((group, variable, numbers if len(numbers) > 1 else numbers[0]))
+        if not variable or not numbers or len(number) > 1:
+            raise Unreadable(f"CHECK={word}: not GROUP.VARIABLE=VALUE or GROUP.NUMBER.VARIABLE=VALUE")
+        found.append((group, which, variable, numbers if len(numbers) > 1 else numbers[0]))
     return found
 
 
@@ -344,7 +367,7 @@ def identify(job):
     model = Model(experiments, parameters, fixed, settings.get("LAW", "power"),
                   settings.get("CACHE", folder / "cache"), cores, settings.get("PROGRAM"))  # fmt: skip
     changes, rounds = read_changes(settings.get("CHECK")), int(job.number("ROUNDS", ROUNDS))
-    minutes = plan(model, rounds, bool(changes))
+    minutes = plan(model, rounds, changes)
     if settings.get("PLAN") == "only":
         return {"minutes": minutes}
     found = fit(model, rounds, changes)
@@ -375,9 +398,10 @@ def identify(job):
     return record
 
 
-def plan(model, rounds, check):
-    """Minutes of all runs, said."""
-    from .planning import seconds_of_scene
+def plan(model, rounds, changes):
+    """Minutes of all runs, said. What CHECK makes of the scenes is tried by a plan, for its runs are the last
+    ones."""
+    from .planning import forecast, seconds_of_scene
 
     x = np.array([p.inner(p.start) for p in model.parameters], dtype=float)
     texts = model.texts(x)
@@ -388,9 +412,9 @@ def plan(model, rounds, check):
         each = (time.monotonic() - begun) / max(len(texts), 1) if model.runs > before else 0.0
     else:
         each = float(np.mean([seconds_of_scene(text, model.program) for text in texts]))
-    count = (rounds * (2 * len(x) + 1) + (2 if check else 0)) * len(texts)
-    import os
-
+    for text in model.texts(x, changes) if changes else []:
+        forecast(text, model.program)
+    count = (rounds * (2 * len(x) + 1) + (2 if changes else 0)) * len(texts)
     minutes = each * count / min(model.cores or len(os.sched_getaffinity(0)), 2 * len(x) + 1) / 60
     print(
         f"Plan: {count} runs in {rounds} rounds, {each:.3g} s each: {minutes:.2g} minutes"

@@ -15,7 +15,7 @@ from ..run_data import History, Unreadable, text_in
 UNITS = {
     "m": 1.0, "mm": 1e-3, "um": 1e-6, "\u00b5m": 1e-6, "\u03bcm": 1e-6, "nm": 1e-9,
     "n": 1.0, "mn": 1e-3, "un": 1e-6, "\u00b5n": 1e-6, "\u03bcn": 1e-6, "nn": 1e-9,
-    "s": 1.0, "ms": 1e-3, "min": 60.0,
+    "s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0,
     "pa": 1.0, "mpa": 1e6, "gpa": 1e9, "n/m": 1.0, "mn/nm": 1e6, "un/nm": 1e3, "kn/m": 1e3,
     "%": 0.01, "": 1.0, "1": 1.0, "-": 1.0,
 }  # fmt: skip

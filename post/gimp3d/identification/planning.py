@@ -30,6 +30,12 @@ def seconds_of(case, program=None):
 
 def seconds_of_scene(scene, program=None):
     """Of a scene's text, by the program's forecast."""
+    return forecast(scene, program)["time_s"]
+
+
+def forecast(scene, program=None):
+    """The figures of the program's plan. Raises RunFailed with its sentence where it does not take the
+    scene."""
     with tempfile.TemporaryDirectory() as folder:
         plan = Path(folder) / "plan.json"
         done = subprocess.run(
@@ -38,7 +44,7 @@ def seconds_of_scene(scene, program=None):
         )  # fmt: skip
         if done.returncode or not plan.is_file():
             raise RunFailed(done.returncode or 1, done.stderr.strip()[-500:] or "the plan is not there")
-        return json.loads(plan.read_text())["time_s"]
+        return json.loads(plan.read_text())
 
 
 def minutes_of(cases, cores, program=None):

@@ -155,18 +155,26 @@ def next_experiments(problem, answer, surrogate_of, noise=None, candidates=CANDI
     return sorted(found, key=lambda one: one.after)
 
 
-def advice(suggestions):
-    """The best of them in a sentence."""
-    if not suggestions:
-        return []
-    best = suggestions[0]
-    if best.after > 0.85 * best.before:
-        return [
-            f"No further cone would help much: with a {best.tip.title} the interval of the yield stress goes "
-            f"from {percent(best.before)} to {percent(best.after)} only."
-        ]
-    return [
-        f"What would help most: a {best.tip.title}. It takes the interval of the yield stress from "
-        f"{percent(best.before)} to {percent(best.after)} and that of the exponent to "
-        f"{best.exponent_after:.2g}, for one more indentation and no further runs."
-    ]
+def advice(suggestions, left_out=(), minutes=0.0):
+    """The best of them in a sentence, and those whose runs are missing, with the minutes that each takes."""
+    said = []
+    if suggestions:
+        best = suggestions[0]
+        change = f"from {percent(best.before)} to {percent(best.after)}"
+        if best.after > 0.85 * best.before:
+            said.append(
+                f"No further cone of those with runs would help much: a {best.tip.title} takes the interval "
+                f"of the yield stress {change} only."
+            )
+        else:
+            said.append(
+                f"What would help most: a {best.tip.title}. It takes the interval of the yield stress "
+                f"{change} and that of the exponent to {best.exponent_after:.2g}, for one more indentation "
+                "and no further runs."
+            )
+    if left_out:
+        angles = ", ".join(f"{tip.half_angle:g}" for tip in left_out)
+        said.append(
+            f"Not looked at, for want of runs ({minutes:.1f} minutes each): cones of {angles} degrees."
+        )
+    return said
