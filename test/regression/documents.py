@@ -64,7 +64,12 @@ for page in pages:
             say(page, f"[...]({target}): no such heading")
 
 # The notebook and the changelog may name what is gone, and a worked example what is to be made.
-to_be_made = {"src/laws/kelvin_voigt.f90", "src/effects/shaking.f90", "src/geometry/torus.f90"}
+to_be_made = {
+    "src/laws/kelvin_voigt.f90",
+    "src/effects/shaking.f90",
+    "src/geometry/torus.f90",
+    "src/friction/cohesive.f90",
+}
 texts = [
     path
     for folder in ("src", "test", "post", "input", "tools")

@@ -2,7 +2,7 @@
 
 extract TEXT TREE   put the Fortran blocks of TEXT where the paragraph before each says: a new file, a line of
 a list, a scene (here) check RUN LOG       compare what the run of the law and the effect wrote and said with
-the exact answer that TEXT gives ring RUN            the same of the run of the shape"""
+the exact answer that TEXT gives ring RUN, dragged RUN   the same of the runs of the shape and of the friction"""
 
 import cmath
 import re
@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from checks import close
 from runs import *
 
 
@@ -25,13 +26,13 @@ def extract(text, tree):
             Path(path).write_text(block)
         elif (Path(tree) / path).exists():
             lines = (Path(tree) / path).read_text().splitlines(keepends=True)
-            last = max(n for n, line in enumerate(lines) if line.lstrip().startswith("block; use "))
+            last = max(n for n, line in enumerate(lines) if line.rstrip().endswith("; end block"))
             lines.insert(last + 1, block)
             (Path(tree) / path).write_text("".join(lines))
         else:
             (Path(tree) / path).write_text(block)
         placed += 1
-    require(f"{text}: eight blocks, not {placed}", placed == 8)
+    require(f"{text}: eleven blocks, not {placed}", placed == 11)
 
 
 def mode(t, omega, tau, drive):
@@ -104,10 +105,19 @@ def check_ring(run):
     check("overlap, in cells", tool["max_gap_violation"] / 0.1, 0.05)
 
 
+def check_dragged(run):
+    tool = History(Path(run) / "tool_t.dat")
+    friction, pressing = abs(tool["load_x"][-1]), abs(tool["load_z"][-1])
+    close("friction with cohesion", friction, 0.05 * pressing + 20 * 16, 1e-6)
+    require("both parts of it matter", 0.05 * pressing > 100)
+
+
 if sys.argv[1] == "extract":
     extract(*sys.argv[2:])
 elif sys.argv[1] == "ring":
     check_ring(*sys.argv[2:])
+elif sys.argv[1] == "dragged":
+    check_dragged(*sys.argv[2:])
 else:
     check_run(*sys.argv[2:])
 finish()

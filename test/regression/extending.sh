@@ -1,8 +1,8 @@
 #!/bin/bash
 #test: beside
 #test: limit 120
-# The example of doc/developer/extending.md, taken out of that text into a copy of the tree: one new file and one line for a law, for an effect
-# and for a shape, nothing else; it builds, and scenes that name them give the known answers. With a field planted there that no effect
+# The example of doc/developer/extending.md, taken out of that text into a copy of the tree: one new file and one line for a law, for an effect,
+# for a shape and for a law of friction, nothing else; it builds, and scenes that name them give the known answers. With a field planted there that no effect
 # was called for, the test effects_free must fail.
 . "$(dirname "$0")/../harness/env.sh"
 unset MAKEFLAGS MFLAGS MAKELEVEL MAKEOVERRIDES
@@ -17,13 +17,14 @@ cp -a "$BUILD_DIR/obj/src" tree/build/"$BUILD"/obj/
 diff -r "$ROOT/src" tree/src >differences || true
 cat >wanted <<'END'
 Only in tree/src/effects: shaking.f90
+Only in tree/src/friction: cohesive.f90
 Only in tree/src/geometry: torus.f90
 Only in tree/src/laws: kelvin_voigt.f90
 END
 grep '^Only in' differences | cmp - wanted || fail "other new files: $(cat differences)"
-[ "$(grep -c '^diff ' differences)" -eq 3 ] && [ "$(grep -c '^> ' differences)" -eq 3 ] && ! grep -q '^< ' differences ||
+[ "$(grep -c '^diff ' differences)" -eq 4 ] && [ "$(grep -c '^> ' differences)" -eq 4 ] && ! grep -q '^< ' differences ||
    fail "more than a line in each list: $(cat differences)"
-grep '^> ' differences | grep -v 'use m_\(kelvin_voigt\|shaking\|torus\)' && fail 'another line'
+grep '^> ' differences | grep -v 'use m_\(kelvin_voigt\|shaking\|torus\|cohesive\)' && fail 'another line'
 echo "   differs: $(wc -l <wanted) new files, $(grep -c '^> ' differences) lines"
 
 build() {
@@ -39,6 +40,8 @@ with_example=$PWD/tree/build/$BUILD/gimp3d
 "$PYTHON" "$ROOT/test/regression/extending.py" check out/example example.log
 "$with_example" <ring.nml >ring.log 2>&1 || fail "the ring ends with status $?: $(tail -n 3 ring.log)"
 "$PYTHON" "$ROOT/test/regression/extending.py" ring out/ring
+"$with_example" <dragged.nml >dragged.log 2>&1 || fail "the dragged block ends with status $?: $(tail -n 3 dragged.log)"
+"$PYTHON" "$ROOT/test/regression/extending.py" dragged out/dragged
 
 sed -i "s/^\( *\)call table%declare('stress', .*/\1call table%declare('planted', 1, '1', written=.false.)\n&/" \
    tree/src/model/model.f90
