@@ -5,7 +5,7 @@ module m_constants
    private
    real(wp), parameter, public :: pi = 3.14159265358979323846_wp
 
-   character(len=*), parameter, public :: program_version = '0.2.0'
+   character(len=*), parameter, public :: program_version = '0.3.0'
 
    integer, parameter, public :: exit_finished = 0  !< the scene ran to its end
    integer, parameter, public :: exit_input = 2     !< the scene is not valid; nothing was written
