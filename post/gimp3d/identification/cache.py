@@ -2,9 +2,9 @@
 
 import hashlib
 import json
-import shutil
 import tempfile
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -55,30 +55,40 @@ class Cache:
         return [(forward.case_of(record), record) for record in self.records.values()]
 
     def run(self, cases, cores=None, program=None, progress=None):
-        """Run what is missing, as many at once as there are cores; RunFailed where one fails."""
-        from ..api import RunFailed, Scene
-        from ..launch import run_many
+        """Run what is missing, as many at once as there are cores, the longest first. Each is kept as soon as
+        it has ended; RunFailed, when all have ended, where one fails."""
+        from ..api import RunFailed
+        from .planning import work
 
         missing = list({key_of(case): case for case in cases if case not in self}.values())
-        done = 0
-        while done < len(missing):
-            some = missing[done : done + (cores or 1)]
-            done += len(some)
-            with tempfile.TemporaryDirectory() as folder:
-                scenes = [Scene(forward.scene_text(case, f"{folder}/{key_of(case)}")).copy() for case in some]
-                begun = time.monotonic()
-                runs = run_many(scenes, cores=cores, program=program)
-                for case, result in zip(some, runs):
-                    if isinstance(result, RunFailed):
-                        raise result
-                    history = result.tool()
-                    load = np.abs(history["load_z"])
-                    kept = forward.reduced(history["depth"], load, history["time"], case)
-                    seconds = processor_seconds(result) or time.monotonic() - begun
-                    self.put(case, kept, seconds)
-                    shutil.rmtree(result.directory, ignore_errors=True)
-            if progress:
-                progress(done, len(missing))
+        missing.sort(key=work, reverse=True)
+
+        def one(case):
+            try:
+                self.put(case, *self.made(case, program))
+            except RunFailed as failure:
+                return failure
+            return None
+
+        with ThreadPoolExecutor(cores or 1) as pool:
+            for done, failure in enumerate(pool.map(one, missing), 1):
+                if failure:
+                    raise failure
+                if progress:
+                    progress(done, len(missing))
+
+    @staticmethod
+    def made(case, program):
+        """What is kept of a run that is made now, and its seconds of the processor."""
+        from ..launch import run
+
+        with tempfile.TemporaryDirectory() as folder:
+            begun = time.monotonic()
+            result = run(forward.scene_text(case, f"{folder}/run"), program=program, progress=False)
+            seconds = processor_seconds(result) or time.monotonic() - begun
+            history = result.tool()
+            load = np.abs(history["load_z"])
+            return forward.reduced(history["depth"], load, history["time"], case), seconds
 
 
 def rounded(record):

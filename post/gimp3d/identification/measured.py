@@ -140,7 +140,8 @@ def read_curve(path):
         from ..api import Run
 
         depth, load = Run(path).load_depth()
-        return Curve(path.name, depth, load, Run(path).tool()["time"])
+        time = Run(path).tool()["time"]
+        return Curve(path.name, depth, load, time if len(time) == len(depth) else None)
     if path.suffix == ".dat" and "VARIABLES" in text_in(path)[:2000]:
         history = History(path)
         return Curve(path.stem, history["depth"], np.abs(history["load_z"]), history["time"])
