@@ -62,7 +62,8 @@ contains
       end do
       call test%check_close(worst(1), 0.0_wp, 1.0e-14_wp, 'a turn is that of Rodrigues')
       call test%check_close(worst(2), 0.0_wp, 1.0e-14_wp, 'one rotation after another')
-      call test%check_close(worst(3), 0.0_wp, 1.0e-15_wp, 'a rotation keeps lengths')
+      ! nine roundings; 1.1e-15 where the compiler does not fuse products and sums
+      call test%check_close(worst(3), 0.0_wp, 9*epsilon(1.0_wp), 'a rotation keeps lengths')
    end subroutine rotations
 
    !> Given speeds: times, and speeds at them.
@@ -272,15 +273,18 @@ contains
       spec = cone_at([0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, -1.0_wp])
       spec%speeds = [0.0_wp, 0.0_wp]
       spec%motions = [given(.true., y, [0.0_wp], [-3.0_wp], [0.0_wp, 0.0_wp, 2.0_wp])]
+      deallocate (spec%shape)
       spec%shape = sphere_t(radius=2.0_wp)
       tool = make_tool(spec)
       call test%check_close(tool%speed_at(0.0_wp), 6.0_wp, 1.0e-14_wp, 'lever of a ball about its middle')
       spec%motions(1)%point = [1.0_wp, 7.0_wp, 2.0_wp]
       tool = make_tool(spec)
       call test%check_close(tool%speed_at(0.0_wp), 9.0_wp, 1.0e-14_wp, 'lever of a ball off its middle')
+      deallocate (spec%shape)
       spec%shape = roller_t(radius=2.0_wp, edge=y)
       tool = make_tool(spec)
       call test%check_close(tool%surface_speed(), 9.0_wp, 1.0e-14_wp, 'lever of a cylinder off its middle')
+      deallocate (spec%shape)
       spec%shape = cone_t(half_angle=1.0_wp)
       tool = make_tool(spec, reshape([-1.0_wp, -1.0_wp, -1.0_wp, 2.0_wp, 1.0_wp, 1.0_wp], [3, 2]))
       call test%check_close(tool%fastest(0.0_wp, 1.0_wp), 3.0_wp*sqrt(13.0_wp), 1.0e-14_wp, &
