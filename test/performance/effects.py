@@ -100,9 +100,9 @@ def strip(source):
         '',
     )
     drop(schedule, 'call sum_cells|call measure_work|call wake')
-    for path in grid, schedule, g2p, stress:
+    for path in grid, schedule, g2p, stress, cells:
         drop(path, r'effect_step\(l\)%')
-    drop(cells, 'viscous_pressure')
+    drop(cells, 'viscous_pressure|pressure_shift')
     drop(kernel, 'viscous_pressure|pressure_shift')
     replace(
         kernel,
@@ -116,7 +116,7 @@ def strip(source):
     )
     replace(source / 'model/model.f90', r' *integer :: e\n( *wave_speed = )', r'\1')
     replace(source / 'model/energy.f90', r'(?s) *do m = 1, size\(model%effects\)\n.*?end do\n', '')
-    drop(source / 'model/model.f90', r'effect_step\(l\)%fold')
+    drop(source / 'model/model.f90', r'effect_step\(l\)%reduce_accumulated')
     for path in (grid, schedule, g2p, stress, cells, kernel):
         if re.search('effect_step\\(l|viscous|pressure_shift', path.read_text()):
             raise SystemExit(f'{path} still knows of effects')
