@@ -86,6 +86,7 @@ contains
       if (model%communicator%ranks == 1 .and. tasks_of_job() > 1) &
          call console%line('warning    one rank in a job of '//to_text(tasks_of_job())// &
                            ' tasks (SLURM_NTASKS); '//'mpirun or srun takes them all')
+      if (allocated(model%atoms)) call console%line(model%atoms%note)
    end subroutine introduce
 
    !> The contact groups, and what holds between them.

@@ -5,7 +5,9 @@ module m_lammps
       c_f_procpointer, c_funptr, c_int, c_loc, c_null_char, c_null_ptr, c_ptr
    use mpi_f08, only: MPI_Comm
    use m_kinds, only: wp
+   use m_constants, only: exit_numerical
    use m_dynamic_library, only: find_procedure
+   use m_foreign_call, only: begin_foreign_call, describe_foreign_code, end_foreign_call, name_foreign_code
    implicit none
    private
 
@@ -54,15 +56,25 @@ module m_lammps
          integer(c_int), intent(in) :: id(*), kind(*)
          real(c_double), intent(in) :: x(*)
       end function create_interface
-      integer(c_int) function constant_interface() bind(c)
-         import :: c_int
-      end function constant_interface
+      type(c_ptr) function compute_interface(handle, id, style, kind) bind(c)
+         import :: c_ptr, c_char, c_int
+         type(c_ptr), value :: handle
+         character(kind=c_char), intent(in) :: id(*)
+         integer(c_int), value :: style, kind
+      end function compute_interface
+      subroutine callback_interface(handle, id, procedure, context) bind(c)
+         import :: c_ptr, c_funptr, c_char
+         type(c_ptr), value :: handle, context
+         type(c_funptr), value :: procedure
+         character(kind=c_char), intent(in) :: id(*)
+      end subroutine callback_interface
    end interface
 
    !> One LAMMPS of this rank.
    type, public :: lammps_t
       type(c_ptr) :: handle = c_null_ptr
       character(len=:), allocatable :: fault !< of the last command; empty: none
+      integer(c_int), private :: code = 0    !< its number among foreign code
       procedure(open_interface), pointer, nopass, private :: c_open => null()
       procedure(handle_interface), pointer, nopass, private :: c_close => null()
       procedure(text_interface), pointer, nopass, private :: c_command => null(), c_atom => null()
@@ -71,6 +83,8 @@ module m_lammps
       procedure(count_interface), pointer, nopass, private :: c_has_error => null(), c_version => null()
       procedure(message_interface), pointer, nopass, private :: c_message => null()
       procedure(create_interface), pointer, nopass, private :: c_create => null()
+      procedure(compute_interface), pointer, nopass, private :: c_compute => null()
+      procedure(callback_interface), pointer, nopass, private :: c_call_back => null()
    contains
       procedure :: load
       procedure :: start
@@ -79,6 +93,8 @@ module m_lammps
       procedure :: setting
       procedure :: version
       procedure :: create
+      procedure :: scalar
+      procedure :: call_back
       procedure :: vectors
       procedure :: numbers
       procedure :: finish
@@ -99,6 +115,8 @@ contains
       procedure(count_interface), pointer :: has_error, version_of
       procedure(message_interface), pointer :: message_of
       procedure(create_interface), pointer :: create_them
+      procedure(compute_interface), pointer :: compute_of
+      procedure(callback_interface), pointer :: set_call_back
       complaint = ''
       call c_f_procpointer(found('lammps_open_fortran'), open_it)
       if (complaint /= '') return
@@ -111,6 +129,8 @@ contains
       call c_f_procpointer(found('lammps_version'), version_of)
       call c_f_procpointer(found('lammps_get_last_error_message'), message_of)
       call c_f_procpointer(found('lammps_create_atoms'), create_them)
+      call c_f_procpointer(found('lammps_extract_compute'), compute_of)
+      call c_f_procpointer(found('lammps_set_fix_external_callback'), set_call_back)
       self%c_open => open_it
       self%c_close => close_it
       self%c_command => command_it
@@ -121,6 +141,8 @@ contains
       self%c_version => version_of
       self%c_message => message_of
       self%c_create => create_them
+      self%c_compute => compute_of
+      self%c_call_back => set_call_back
    contains
       type(c_funptr) function found(name) result(address)
          character(len=*), intent(in) :: name
@@ -151,9 +173,11 @@ contains
       self%handle = self%c_open(6_c_int, arguments, int(comm%mpi_val, c_int))
       self%fault = ''
       if (.not. c_associated(self%handle)) self%fault = 'LAMMPS does not start'
+      self%code = name_foreign_code('LAMMPS')
    end subroutine start
 
-   !> One command of LAMMPS's input; after a fault nothing more is done.
+   !> One command of LAMMPS's input; after a fault nothing more is done. A LAMMPS that was built without
+   !> exceptions ends the program in place of a fault: the sentence is m_foreign_call's then.
    subroutine command(self, text)
       class(lammps_t), intent(inout) :: self
       character(len=*), intent(in) :: text
@@ -162,7 +186,10 @@ contains
       integer(c_int) :: kind
       integer :: length
       if (self%fault /= '') return
+      call describe_foreign_code(self%code, 'LAMMPS, which was told `'//text//'`,')
+      call begin_foreign_call(self%code, int(exit_numerical, c_int))
       ignored = self%c_command(self%handle, text//c_null_char)
+      call end_foreign_call()
       if (self%c_has_error(self%handle) == 0) return
       message = ' '
       kind = self%c_message(self%handle, message, int(longest_message, c_int))
@@ -204,6 +231,24 @@ contains
       create = self%c_create(self%handle, size(types, kind=c_int), ids, int(types, c_int), places, &
                              c_null_ptr, c_null_ptr, 0_c_int)
    end function create
+
+   !> The number that a compute makes of all atoms.
+   real(wp) function scalar(self, id)
+      class(lammps_t), intent(in) :: self
+      character(len=*), intent(in) :: id
+      real(c_double), pointer :: value
+      call c_f_pointer(self%c_compute(self%handle, id//c_null_char, 0_c_int, 0_c_int), value)
+      scalar = value
+   end function scalar
+
+   !> A `fix external` calls a procedure, with a context, when the forces of a step are known.
+   subroutine call_back(self, id, procedure, context)
+      class(lammps_t), intent(in) :: self
+      character(len=*), intent(in) :: id
+      type(c_funptr), intent(in) :: procedure
+      type(c_ptr), intent(in) :: context
+      call self%c_call_back(self%handle, id//c_null_char, procedure, context)
+   end subroutine call_back
 
    !> A vector of each atom of this rank (`x`, `v`, `f`), in LAMMPS's own memory and order: (3, atoms). Valid
    !> until the next command.

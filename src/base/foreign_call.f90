@@ -1,18 +1,18 @@
-!> Calls of code that is not the program's: a law in its user's library. Where such code ends the program by
-!> STOP, exit or abort, or crashes, one sentence says whose it was. What a handler may look at are module
-!> variables.
+!> Calls of code that is not the program's: a law in its user's library, LAMMPS. Where such code ends the
+!> program by STOP, exit or abort, or crashes, one sentence says whose it was. What a handler may look at are
+!> module variables.
 module m_foreign_call
    use, intrinsic :: iso_c_binding, only: c_char, c_funloc, c_funptr, c_int, c_intptr_t, c_new_line, c_size_t
    use mpi_f08
    use m_text, only: to_text
    implicit none
    private
-   public :: name_foreign_code, begin_foreign_call, end_foreign_call
+   public :: name_foreign_code, describe_foreign_code, begin_foreign_call, end_foreign_call
 
    integer, parameter :: longest_name = 1024, max_names = 64
    !> abort, illegal instruction, bus error, arithmetic, address; of Linux
    integer(c_int), parameter :: deadly(5) = [6, 4, 7, 8, 11]
-   character(len=longest_name), protected :: names(max_names) = ''
+   character(len=longest_name), protected :: names(max_names) = '', subjects(max_names) = ''
    integer, protected :: named = 0
    integer(c_int), volatile :: inside = 0, status_then = 0 !< number of the name that is called, 0: none
    type(c_funptr), protected :: handler_before(32)
@@ -77,6 +77,13 @@ contains
       number = named
    end function name_foreign_code
 
+   !> How a sentence begins about code that is no law, and what it was doing.
+   subroutine describe_foreign_code(number, subject)
+      integer(c_int), intent(in) :: number
+      character(len=*), intent(in) :: subject
+      subjects(number) = subject
+   end subroutine describe_foreign_code
+
    subroutine begin_call(number, status) bind(c, name='gimp3d_begin_foreign_call')
       integer(c_int), value :: number, status
       status_then = status
@@ -113,14 +120,19 @@ contains
       character(len=:), allocatable :: sentence
       integer(c_intptr_t) :: ignored
       integer :: ranks, rank, number
+      logical :: finalised
       number = inside
       inside = 0
-      call MPI_Comm_size(MPI_COMM_WORLD, ranks)
-      call MPI_Comm_rank(MPI_COMM_WORLD, rank)
+      ranks = 1
+      rank = 0
+      call MPI_Finalized(finalised)
+      if (.not. finalised) call MPI_Comm_size(MPI_COMM_WORLD, ranks)
+      if (.not. finalised) call MPI_Comm_rank(MPI_COMM_WORLD, rank)
       if (rank > 0) ignored = c_sleep(1_c_int) ! another rank may be about to say it
       sentence = 'gimp3d: the law of library='''//trim(names(number))//''' '//what// &
                  '; a law that cannot go on gives a stress that is not a number, and the run says for '// &
                  'which particle'//c_new_line
+      if (subjects(number) /= '') sentence = 'gimp3d: '//trim(subjects(number))//' '//what//c_new_line
       ignored = c_write(2_c_int, sentence, len(sentence, c_size_t))
       if (ranks > 1) call MPI_Abort(MPI_COMM_WORLD, int(status_then))
       call c_exit(status_then)

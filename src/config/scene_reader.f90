@@ -8,6 +8,7 @@ module m_scene_reader
    use m_filesystem, only: read_file, read_standard_input, can_make_directory
    use m_namelist_text, only: namelist_text_t
    use m_offer, only: catalogue_t
+   use m_box, only: box_t
    use m_carved, only: carve
    use m_overlap, only: overlap
    use m_scene, only: scene_t, place_t
@@ -122,7 +123,26 @@ contains
             call carve(body%shape, cut%shape)
          end associate
       end do
+      call carve_hollows(scene)
    end subroutine carve_bodies
+
+   !> Take from the bodies what effects have of their own.
+   subroutine carve_hollows(scene)
+      type(scene_t), intent(inout) :: scene
+      type(box_t) :: hollow
+      real(wp) :: least
+      logical :: there_is
+      integer :: e, b
+      least = 1.0e-2_wp*scene%grid%cell_size
+      do e = 1, size(scene%effects)
+         call scene%effects(e)%it%hollow(hollow%lower, hollow%upper, there_is)
+         if (.not. there_is) cycle
+         do b = 1, size(scene%bodies)
+            if (overlap(scene%bodies(b)%shape, hollow, [0.0_wp, 0.0_wp, 0.0_wp], least, least)) &
+               call carve(scene%bodies(b)%shape, hollow)
+         end do
+      end do
+   end subroutine carve_hollows
 
    !> Where in the text stands what only the model can judge.
    subroutine note_places(parsed, scene)

@@ -21,6 +21,7 @@ contains
       block; use m_damage, only: damage_t; call add('damage', damage_t()); end block
       block; use m_anti_locking, only: anti_locking_t; call add('anti_locking', anti_locking_t()); end block
       block; use m_grains, only: grains_t; call add('grains', grains_t(repeats=.true.)); end block
+      block; use m_atoms, only: atoms_t; call add('atoms', atoms_t()); end block
    contains
       subroutine add(name, effect)
          character(len=*), intent(in) :: name

@@ -71,8 +71,10 @@ contains
       type(clock_t), intent(in) :: clock
       type(error_t), intent(inout) :: error
       call model%timers%on_level(l)
-      if (model%contact%active() .or. size(model%levels) > 1) then ! somebody asks for the motion of all nodes
+      if (asks_for_all(model)) then
          call by_blocks(model, l, clock, [shared_sums, nodal_solve], error)
+         if (allocated(model%atoms)) call couple_atoms(model, l, clock, error)
+         if (error%happened()) return ! on all ranks
          call apply_contact(model, l, clock, error)
          if (l < size(model%levels)) call advance_finer(model, l, clock, error)
          if (error%happened() .and. l < size(model%levels)) return ! on all ranks: they have agreed
@@ -85,6 +87,23 @@ contains
       call finish_contact(model, l, clock, error)
       call migrate(model, l, error)
    end subroutine advance_level
+
+   !> Whether somebody asks for the motion of all nodes before particles take any.
+   pure logical function asks_for_all(model)
+      type(model_t), intent(in) :: model
+      asks_for_all = model%contact%active() .or. size(model%levels) > 1 .or. allocated(model%atoms)
+   end function asks_for_all
+
+   !> Collective: the atoms, which are in the finest level, go through its step.
+   subroutine couple_atoms(model, l, clock, error)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l
+      type(clock_t), intent(in) :: clock
+      type(error_t), intent(inout) :: error
+      if (l < size(model%levels)) return
+      call model%timers%enter(model%atoms%timer)
+      call model%atoms%couple(model%communicator, model%levels(l), l > 1, clock%step, error)
+   end subroutine couple_atoms
 
    !> What particles do in the main part of a step, by when it is the turn of their stress.
    pure function particle_stages(model) result(stages)

@@ -18,6 +18,7 @@ module m_recorder
    use m_energy, only: balance_t
    use m_motion_fields, only: motion_columns
    use m_probe, only: probe_t, choose_particle, read_probe
+   use m_atoms_output, only: atoms_header, dump_atoms
    use m_history, only: history_t, history_header_t, history_text_length
    use m_snapshot, only: snapshot_t
    use m_particle_snapshot, only: take_snapshot
@@ -52,6 +53,7 @@ module m_recorder
       type(error_t) :: late             !< of rank 0, from then: the ranks agree on it with the next row
       type(history_t), allocatable :: histories(:) !< energy; tools; probes; pairs of contact groups
       integer :: tools = 0, probes = 0, pairs = 0  !< how many
+      integer :: atoms = 0                         !< number of their history, 0: none
       type(probe_t), allocatable :: probed(:)
       type(xdmf_index_t) :: particles_index, levels_index
    contains
@@ -86,10 +88,7 @@ contains
       self%title = scene%title
       self%history_every = scene%output%history_every
       if (self%history_every <= 0.0_wp) self%history_every = scene%end_time/default_rows
-      self%tools = size(scene%tools)
-      self%probes = size(scene%probes)
-      self%pairs = size(model%contact%pairs%specs)
-      allocate (self%histories(1 + self%tools + self%probes + self%pairs), self%probed(self%probes))
+      call make_room(self, scene, model)
       if (present(resumption)) call self%resume(model%time, scene%output%every)
       if (.not. self%writes) return
       self%directory = scene%output%directory
@@ -113,8 +112,7 @@ contains
             self%probed(n) = choose_particle(model, scene%probes(n)%position)
          end if
          call begin(self%histories(1 + self%tools + n), 'probe_'//scene%probes(n)%name//'.dat', &
-                    probe_header(self%title, scene%probes(n)%name, &
-                                 motion_columns(model%levels(1)%layout)))
+                    probe_header(self%title, scene%probes(n)%name, motion_columns(model%levels(1)%layout)))
       end do
       do n = 1, self%pairs
          associate (groups => model%contact%pairs%specs(n)%groups)
@@ -123,6 +121,8 @@ contains
                        pair_header(self%title, scene%group_label(groups(1)), scene%group_label(groups(2))))
          end associate
       end do
+      if (self%atoms > 0) &
+         call begin(self%histories(self%atoms), model%atoms%file('.dat'), atoms_header(self%title))
       if (present(resumption)) then
          if (resumption%in_place) step = int(model%step)
       end if
@@ -142,6 +142,20 @@ contains
          end if
       end subroutine begin
    end subroutine start
+
+   !> For the histories of a run.
+   subroutine make_room(self, scene, model)
+      class(recorder_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
+      integer :: count
+      self%tools = size(scene%tools)
+      self%probes = size(scene%probes)
+      self%pairs = size(model%contact%pairs%specs)
+      count = 1 + self%tools + self%probes + self%pairs
+      if (allocated(model%atoms)) self%atoms = count + 1
+      allocate (self%histories(max(count, self%atoms)), self%probed(self%probes))
+   end subroutine make_room
 
    !> What has been written up to a time (s) need not be counted: it follows from that.
    pure subroutine resume(self, time, every)
@@ -255,6 +269,7 @@ contains
                 pair%parting], error)
          end associate
       end do
+      if (self%atoms > 0) call self%histories(self%atoms)%append([model%time, model%atoms%row()], error)
       call model%communicator%agree(error)
    end subroutine record_history
 
@@ -323,6 +338,7 @@ contains
       if (self%tecplot .and. .not. error%happened()) &
          call write_tecplot_snapshot(model%communicator, snapshot, self%directory, error)
       if (.not. error%happened()) call record_outlines(self, model, error)
+      if (self%atoms > 0) call dump_atoms(model, self%directory, snapshot%step, error)
    end subroutine record_snapshot
 
    !> Collective: with a snapshot, where the contact of each tool ends.

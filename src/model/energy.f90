@@ -209,6 +209,7 @@ contains
       taken = sum(model%effect_step%damped) - accumulated(2)
       self%external_work = sum(model%contact%states%work) + sum(model%contact%pairs%states%pressed) &
                            + by_effects
+      if (allocated(model%atoms)) self%external_work = self%external_work + model%atoms%work
       self%damped = taken + self%now%dissipated + sum(model%contact%states%heat) &
                     + sum(model%contact%pairs%states%heat) &
                     + sum(model%contact%pairs%states%parting) + model%lost + accumulated(4)

@@ -30,6 +30,7 @@ module m_model
    use m_effects, only: make_effects, add_effect
    use m_effect_step, only: effect_step_t
    use m_contact, only: contact_t
+   use m_coupling, only: coupling_t
    implicit none
    private
    public :: model_t, add_parents
@@ -49,10 +50,10 @@ module m_model
       type(effect_slot_t), allocatable :: effects(:)
       type(effect_step_t), allocatable :: effect_step(:) !< one a level
       type(contact_t) :: contact
+      type(coupling_t), allocatable :: atoms            !< where the scene has some
       type(node_exchange_t), allocatable :: exchange(:) !< one a level
       type(migration_t), allocatable :: migration(:)    !< one a level
-      type(composite_t), allocatable :: composite(:) !< each level with the one above; the first and one more
-                                                     !< are empty
+      type(composite_t), allocatable :: composite(:) !< with the level above; first and one more: empty
       type(timers_t) :: timers
       integer :: levels_row = 0                       !< of the timers, where there are several levels
       type(bounds_t) :: bounds
@@ -72,8 +73,7 @@ module m_model
       logical :: has_statics = .false. !< at some times there is no inertia
       real(wp) :: static_step = 0.0_wp !< of quasi-static steps, the next one, s; 0: not known yet
       real(wp) :: static_doubt = 0.0_wp !< by which the books of implicit steps may be off since the start, J
-      logical :: wants_sums = .false. !< histories will ask for the sums over all particles after the next
-                                      !< step
+      logical :: wants_sums = .false. !< histories will ask for sums over all particles after the step
       integer(i8) :: particle_steps = 0               !< particle updates on this rank so far
       integer(i8) :: merges = 0                       !< particles that this rank has made of eight others
       real(wp), allocatable :: lost_in_merging(:) !< energy, by block of all levels, since the last fold, J

@@ -3,6 +3,7 @@ submodule (m_model) m_model_filling
    use m_number_text, only: reals_text
    use m_text, only: si
    use m_constants, only: block_size
+   use m_coupling, only: build_atoms
    use m_machine, only: free_memory
    use m_level, only: tile_bytes
    use m_particle_store, only: bytes_besides
@@ -52,6 +53,7 @@ contains
          call self%effects(e)%effect%verify(self%communicator, self%levels, size(scene%tools), error)
       end do
       call self%communicator%agree(error)
+      if (.not. error%happened()) call build_atoms(self%atoms, self%effects, scene, self%communicator, error)
    end procedure populate
 
    !> A body can bear the stress that it begins with: its law leaves that as it is where nothing moves.

@@ -1,6 +1,7 @@
 !> What a scene may call for by name: a material law (`model='...'` of &material) or an effect (a group of its
 !> own).
 module m_offer
+   use m_kinds, only: wp
    use m_text, only: to_text
    use m_group_reader, only: group_reader_t, name_length
    use m_section, only: section_t
@@ -20,6 +21,7 @@ module m_offer
       procedure :: is_oriented
       procedure :: declined
       procedure :: take_section
+      procedure :: hollow
       procedure(variables_interface), deferred :: variables
    end type offer_t
 
@@ -80,6 +82,16 @@ contains
       class(offer_t), intent(in) :: self
       declined = .false.
    end function declined
+
+   !> A box that what is offered takes out of the body around it.
+   pure subroutine hollow(self, lower, upper, there_is)
+      class(offer_t), intent(in) :: self
+      real(wp), intent(out) :: lower(3), upper(3) !< m
+      logical, intent(out) :: there_is
+      there_is = .false.
+      lower = 0.0_wp
+      upper = 0.0_wp
+   end subroutine hollow
 
    !> Become what it is in a scene that is given by a section. `why`: it cannot, as the end of a sentence
    !> about it; empty: it can. A law of a material without directions is the same in any.

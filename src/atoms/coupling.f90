@@ -1,0 +1,331 @@
+!> A box of atoms inside the finest level (theory.md, Atoms): within each step of that level the atoms take
+!> many of their own. Pads go with the nodes; bonds that cross the interface push them.
+module m_coupling
+   use mpi_f08
+   use m_kinds, only: wp
+   use m_constants, only: exit_files, exit_input, exit_numerical
+   use m_errors, only: error_t, fail
+   use m_atoms, only: atoms_t
+   use m_box, only: box_t
+   use m_carved, only: uncarve
+   use m_communicator, only: communicator_t
+   use m_dynamics, only: dynamics_t
+   use m_effect, only: effect_slot_t
+   use m_isotropic, only: isotropic_t
+   use m_lattice, only: lattice_t
+   use m_level, only: level_t
+   use m_node_patch, only: node_patch_t
+   use m_pressure, only: pressure_t
+   use m_scene, only: domain_corners, scene_t, update_usl
+   use m_shape, only: shape_t
+   use m_text, only: si, to_text
+   implicit none
+   private
+   public :: build_atoms
+
+   real(wp), parameter :: whole = 1.0e-6_wp   !< of a constant: edges of the box are whole numbers of it
+   real(wp), parameter :: alike = 1.0e-2_wp   !< moduli and densities that are said to be the same
+   real(wp), parameter :: edge_margin = 3.0_wp !< cells between pads and the edge of the finest level
+
+   type, public :: coupling_t
+      type(atoms_t) :: spec
+      type(dynamics_t), pointer :: atoms => null() !< on rank 0
+      type(node_patch_t) :: patch
+      integer :: timer = 0                         !< row of the timers
+      real(wp) :: behind = 0.0_wp                  !< how far the atoms are behind the particles, s
+      real(wp) :: work = 0.0_wp                    !< that the bonds have done on the continuum, J
+      character(len=:), allocatable :: note        !< for the first lines of a run
+      integer :: counts(2) = 0                     !< real atoms, pads
+   contains
+      procedure :: build
+      procedure :: couple
+      procedure :: row
+      procedure :: write_dump
+      procedure :: file
+   end type coupling_t
+
+contains
+
+   !> Collective: the box of atoms of a scene that has one; else there is none.
+   subroutine build_atoms(coupling, effects, scene, communicator, error)
+      type(coupling_t), allocatable, intent(out) :: coupling
+      type(effect_slot_t), intent(in) :: effects(:)
+      type(scene_t), intent(in) :: scene
+      type(communicator_t), intent(in) :: communicator
+      type(error_t), intent(inout) :: error
+      integer :: e
+      do e = 1, size(effects)
+         select type (spec => effects(e)%effect)
+         type is (atoms_t)
+            allocate (coupling)
+            coupling%timer = effects(e)%row
+            call coupling%build(spec, scene, communicator, error)
+         end select
+      end do
+   end subroutine build_atoms
+
+   !> Collective: the atoms of a scene that has a group for them.
+   subroutine build(self, spec, scene, communicator, error)
+      class(coupling_t), intent(inout) :: self
+      type(atoms_t), intent(in) :: spec
+      type(scene_t), intent(in) :: scene
+      type(communicator_t), intent(in) :: communicator
+      type(error_t), intent(inout) :: error
+      class(shape_t), allocatable :: body
+      real(wp) :: lower(3), upper(3)
+      character(len=:), allocatable :: complaint
+      integer :: host, k
+      self%spec = spec
+      call refuse_others(spec, scene, error)
+      if (.not. error%happened()) call find_host(spec, scene, host, body, lower, upper, error)
+      if (.not. error%happened()) call check_box(spec, scene, lower, upper, host, error)
+      if (error%happened()) return
+      complaint = ''
+      if (communicator%is_root()) then
+         allocate (self%atoms)
+         call self%atoms%create(spec, body, lower, upper, complaint)
+         if (complaint /= '') call fail(error, exit_input, spec%group_text()//': '//complaint)
+         self%counts = [self%atoms%real_atoms, self%atoms%atoms - self%atoms%real_atoms]
+      end if
+      call communicator%agree(error)
+      if (error%happened()) return
+      if (communicator%is_root()) call self%atoms%set_velocities(scene%bodies(host)%velocity, &
+            reshape([(0.0_wp, k=1, 9)], [3, 3]), [0.0_wp, 0.0_wp, 0.0_wp])
+      call MPI_Bcast(self%counts, 2, MPI_INTEGER, 0, communicator%comm)
+      call describe(self, scene, host)
+   end subroutine build
+
+   !> What does not go with atoms yet.
+   subroutine refuse_others(spec, scene, error)
+      type(atoms_t), intent(in) :: spec
+      type(scene_t), intent(in) :: scene
+      type(error_t), intent(inout) :: error
+      character(len=:), allocatable :: what
+      integer :: e
+      what = ''
+      do e = 1, size(scene%effects)
+         select type (other => scene%effects(e)%it)
+         type is (pressure_t)
+            if (all(other%lower <= spec%upper .and. other%upper >= spec%lower)) &
+               what = 'a &pressure on the box'
+         end select
+      end do
+      if (scene%fields() > 1) what = 'several contact groups'
+      if (scene%time%stress_update /= update_usl) what = 'a stress_update other than ''usl'''
+      if (scene%checkpoint%present) what = '&checkpoint'
+      if (scene%time%domain /= domain_corners) what = 'a domain other than ''corners'''
+      if (size(scene%tools) > 0) what = '&tool'
+      if (what /= '') &
+         call fail(error, exit_input, spec%group_text()//': not with '//what//' yet; leave it out')
+   end subroutine refuse_others
+
+   !> The body in which the box is, as it is without the box; and the box within it.
+   subroutine find_host(spec, scene, host, body, lower, upper, error)
+      type(atoms_t), intent(in) :: spec
+      type(scene_t), intent(in) :: scene
+      integer, intent(out) :: host
+      class(shape_t), allocatable, intent(out) :: body
+      real(wp), intent(out) :: lower(3), upper(3)
+      type(error_t), intent(inout) :: error
+      real(wp) :: low(3), high(3)
+      integer :: b
+      host = 0
+      do b = 1, size(scene%bodies)
+         call scene%bodies(b)%shape%bounding_box(low, high)
+         if (any(spec%lower >= high) .or. any(spec%upper <= low)) cycle
+         if (host > 0) call fail(error, exit_input, spec%group_text()//': the box reaches into several '// &
+                                 'bodies; allowed: one')
+         host = b
+         lower = max(spec%lower, low)
+         upper = min(spec%upper, high)
+      end do
+      if (host == 0) call fail(error, exit_input, spec%group_text()//': the box is in no body')
+      if (error%happened()) return
+      allocate (body, source=scene%bodies(host)%shape)
+      call uncarve(body)
+      select type (body)
+      type is (box_t)
+         continue
+      class default
+         call fail(error, exit_input, spec%group_text()//': the body around it must be of shape=''box'' yet')
+      end select
+      if (any(abs(scene%bodies(host)%turned_axes() - [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]) > 1.0e-12_wp)) &
+         call fail(error, exit_input, spec%group_text()// &
+                   ': the body around it must have orientation=0,0,0 yet')
+      if (any(abs(scene%bodies(host)%angular_velocity) > 0.0_wp) &
+          .or. any(abs(scene%bodies(host)%stress) > 0.0_wp)) &
+         call fail(error, exit_input, spec%group_text()//': the body around it must have neither stress '// &
+                   'nor angular_velocity at the start')
+   end subroutine find_host
+
+   !> Edges of whole lattice constants, faces between particles, pads within the body.
+   subroutine check_box(spec, scene, lower, upper, host, error)
+      type(atoms_t), intent(in) :: spec
+      type(scene_t), intent(in) :: scene
+      real(wp), intent(in) :: lower(3), upper(3)
+      integer, intent(in) :: host
+      type(error_t), intent(inout) :: error
+      real(wp) :: low(3), high(3), particle, pad, edge
+      integer :: k
+      call scene%bodies(host)%shape%bounding_box(low, high)
+      particle = scene%grid%cell_size/(2**size(scene%levels))/nint(scene%bodies(host)%particles_per_cell &
+                                                                    **(1.0_wp/3.0_wp))
+      pad = spec%pad_width()
+      associate (a => spec%crystal%constant)
+         do k = 1, 3
+            edge = (upper(k) - lower(k))/a
+            if (abs(edge - anint(edge)) > whole*edge) &
+               call fail(error, exit_input, spec%group_text()//': the edge along '//'xyz'(k:k)//' is '// &
+                         to_text(edge, 9)//' constants of the lattice ('// &
+                         to_text(a, 12)//' m); allowed: whole numbers, to a millionth')
+            if (off_lattice(lower(k) - low(k)) .or. off_lattice(upper(k) - low(k))) &
+               call fail(error, exit_input, spec%group_text()//': a face across '//'xyz'(k:k)//' does '// &
+                         'not lie between particles, which are '//to_text(particle, 9)//' m wide; '// &
+                         'allowed: whole numbers of them from the body''s lower corner')
+            if ((lower(k) > low(k) .and. lower(k) - pad < low(k)) .or. &
+                (upper(k) < high(k) .and. upper(k) + pad > high(k))) &
+               call fail(error, exit_input, spec%group_text()//': the box must leave '//si(pad, 'm')// &
+                         ' of the body around it, for pads, or reach out of it')
+            if (error%happened()) return
+         end do
+      end associate
+   contains
+      pure logical function off_lattice(way)
+         real(wp), intent(in) :: way
+         off_lattice = abs(way/particle - anint(way/particle)) > 1.0e-6_wp*max(1.0_wp, way/particle)
+      end function off_lattice
+   end subroutine check_box
+
+   !> What there is, and how well the law of the body goes with the atoms.
+   subroutine describe(self, scene, host)
+      class(coupling_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: host
+      real(wp) :: theirs(3), ours(3), density, apart
+      associate (crystal => self%spec%crystal, material => scene%materials(scene%bodies(host)%material))
+         ours = [crystal%c11, crystal%c12, crystal%c44]
+         theirs = 0.0_wp
+         select type (law => material%law)
+         class is (lattice_t)
+            theirs = [law%stiffness(1, 1), law%stiffness(1, 2), law%stiffness(4, 4)]
+         class is (isotropic_t)
+            theirs = [law%lame + 2.0_wp*law%shear, law%lame, law%shear]
+         end select
+         density = self%spec%mass/crystal%volume
+         apart = maxval(abs(theirs/ours - 1.0_wp))
+         self%note = 'atoms      '//to_text(self%counts(1))//' atoms and '//to_text(self%counts(2))// &
+                     ' pads; lattice of '//si(crystal%constant, 'm')//', c11, c12, c44 '// &
+                     si(ours(1), 'Pa')//', '//si(ours(2), 'Pa')//', '//si(ours(3), 'Pa')//', '// &
+                     si(density, 'kg/m3')
+         if (apart > alike) self%note = self%note//'; warning: those of the body are '// &
+            si(theirs(1), 'Pa')//', '//si(theirs(2), 'Pa')//', '//si(theirs(3), 'Pa')// &
+            ': the interface throws waves back'
+         if (abs(material%density/density - 1.0_wp) > alike) &
+            self%note = self%note//'; warning: the body has '//si(material%density, 'kg/m3')
+      end associate
+   end subroutine describe
+
+   !> Collective: the atoms go through a step of the finest level, whose nodes have been solved without them;
+   !> the bonds' impulses change the motion of its nodes.
+   subroutine couple(self, communicator, level, is_nested, time_step, error)
+      class(coupling_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(inout) :: level
+      logical, intent(in) :: is_nested         !< there is a coarser level
+      real(wp), intent(in) :: time_step !< s
+      type(error_t), intent(inout) :: error
+      real(wp) :: box(3, 2), books(2)
+      box = 0.0_wp
+      if (communicator%is_root()) box = reshape([minval(self%atoms%x, 2), maxval(self%atoms%x, 2)], [3, 2])
+      call MPI_Bcast(box, 6, MPI_DOUBLE_PRECISION, 0, communicator%comm)
+      call self%patch%cover(level, box(:, 1), box(:, 2))
+      call self%patch%gather(communicator, level)
+      books = 0.0_wp
+      if (communicator%is_root()) then
+         call move_atoms(self, time_step, error)
+         books = [self%patch%work(time_step), merge(1.0_wp, 0.0_wp, error%happened())]
+      end if
+      call MPI_Bcast(self%patch%given, size(self%patch%given), MPI_DOUBLE_PRECISION, 0, communicator%comm)
+      call MPI_Bcast(books, 2, MPI_DOUBLE_PRECISION, 0, communicator%comm)
+      if (is_nested) then
+         if (.not. level%region%holds_box(box(:, 1), box(:, 2), edge_margin*level%grid%cell)) &
+            call fail(error, exit_numerical, self%spec%group_text()//': the pads have come within '// &
+                      to_text(edge_margin, 2)//' cells of the edge of the finest level; make that larger')
+      end if
+      if (books(2) > 0.0_wp .or. error%happened()) call communicator%agree(error)
+      if (error%happened()) return
+      self%work = self%work + books(1)
+      call self%patch%apply(level, time_step)
+   end subroutine couple
+
+   !> Rank 0: the atoms, which are half a step behind the places of particles, as the velocities of these are,
+   !> go through the second half of the step before and the first half of this one, for which the pads get the
+   !> velocities that the forces of now will give to the nodes (theory.md, eq. atoms-step).
+   subroutine move_atoms(self, time_step, error)
+      class(coupling_t), intent(inout) :: self
+      real(wp), intent(in) :: time_step
+      type(error_t), intent(inout) :: error
+      character(len=:), allocatable :: complaint
+      real(wp), allocatable :: given(:, :, :, :)
+      integer :: lost
+      complaint = ''
+      associate (patch => self%patch, atoms => self%atoms)
+         atoms%missed = 0
+         patch%given = 0.0_wp
+         if (self%behind > 0.0_wp) call atoms%advance(self%behind, patch, complaint)
+         given = patch%given
+         patch%given = 0.0_wp
+         call patch%add(atoms%place, atoms%force, time_step, atoms%missed)
+         lost = atoms%pad_velocities(patch)
+         patch%given = given
+         self%behind = 0.5_wp*time_step
+         if (complaint == '') call atoms%advance(self%behind, patch, complaint)
+         lost = lost + atoms%pad_velocities(patch)
+         if (complaint /= '') then
+            call fail(error, exit_numerical, self%spec%group_text()//': '//complaint)
+         else if (lost > 0 .or. atoms%missed > 0) then
+            call fail(error, exit_numerical, self%spec%group_text()//': the material around the box has '// &
+                      'gone from '//to_text(lost + atoms%missed)//' pads or bonds; leave more of it '// &
+                      'around the box')
+         else if (atoms%bonds%is_broken()) then
+            call fail(error, exit_numerical, self%spec%group_text()//': a defect has come to the '// &
+                      'interface (bonds there have changed by '// &
+                      to_text(100.0_wp*atoms%bonds%worst, 3)//' %); make the box larger')
+         end if
+      end associate
+   end subroutine move_atoms
+
+   !> A row of the history: kinetic energy, potential energy since the start, temperature, momentum, angular
+   !> momentum, work on the continuum, largest centro-symmetry. Zeros on other ranks than 0.
+   function row(self) result(values)
+      class(coupling_t), intent(in) :: self
+      real(wp) :: values(11)
+      values = 0.0_wp
+      if (.not. associated(self%atoms)) return
+      values(1) = self%atoms%kinetic()
+      values(2) = self%atoms%potential() - self%atoms%first_potential
+      values(3) = self%atoms%temperature()
+      call self%atoms%momentum(values(4:6), values(7:9))
+      values(10) = self%work
+      values(11) = self%atoms%disorder()
+   end function row
+
+   !> Name of a file of theirs.
+   pure function file(self, ending) result(name)
+      class(coupling_t), intent(in) :: self
+      character(len=*), intent(in) :: ending
+      character(len=:), allocatable :: name
+      name = 'atoms_'//self%spec%label//ending
+   end function file
+
+   !> Rank 0 writes a dump of all atoms, with a snapshot.
+   subroutine write_dump(self, path, error)
+      class(coupling_t), intent(inout) :: self
+      character(len=*), intent(in) :: path
+      type(error_t), intent(inout) :: error
+      if (.not. associated(self%atoms)) return
+      call self%atoms%write_dump(path)
+      if (self%atoms%lammps%fault /= '') call fail(error, exit_files, self%atoms%lammps%fault)
+   end subroutine write_dump
+
+end module m_coupling

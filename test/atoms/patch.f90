@@ -1,0 +1,229 @@
+!> Atoms inside a grid: a body and its box of atoms are set in a motion that strains both alike, by 1 % in six
+!> components. No atom may feel a force, and no node of the grid, for bonds across the interface balance the
+!> stress of the continuum but for what comes of their coming to the strain in few steps. And a disturbed body
+!> that flies keeps its momentum.
+!test: ranks 1 2
+!test: limit 120
+program patch
+   use mpi_f08, only: MPI_Barrier
+   use m_kinds, only: wp
+   use m_advance, only: advance
+   use m_communicator, only: communicator_t
+   use m_energy, only: measure, sums_t
+   use m_effects, only: known_effects
+   use m_errors, only: error_t
+   use m_lammps, only: lammps_t, usual_library
+   use m_materials, only: known_materials
+   use m_model, only: model_t
+   use m_offer, only: catalogue_t
+   use m_scene, only: scene_t
+   use m_scene_reader, only: interpret_scene
+   use m_speed_bounds, only: bound_speeds
+   use m_text, only: exact_text
+   use m_assertions, only: assertions_t
+   use m_chance, only: say
+   use m_metal, only: write_metal
+   implicit none
+   character(len=*), parameter :: metal = 'build/test_patch.eam.alloy'
+   real(wp), parameter :: constant = 3.6044071e-10_wp !< of the metal, m, near it
+   type(communicator_t) :: comm
+   type(assertions_t) :: test
+   type(lammps_t) :: lammps
+   character(len=:), allocatable :: complaint
+   call comm%start()
+   call test%start(comm, 'patch')
+   call lammps%load(usual_library, complaint)
+   if (complaint == '') then
+      if (comm%is_root()) call write_metal(metal)
+      call MPI_Barrier(comm%comm)
+      call strain_both(.true.)
+      call strain_both(.false.)
+      call fly()
+   else
+      if (comm%is_root()) print '(a)', '  left out, LAMMPS is not there: a box of atoms inside a grid'
+      call test%check(index(complaint, 'LAMMPS cannot be opened') == 1, 'what is missing is said')
+   end if
+   call test%finish()
+
+contains
+
+   !> A cube of 12 cells of 4 constants, in the middle of which 2 x 2 x 2 cells are atoms.
+   subroutine build(potential, density, a, model)
+      character(len=*), intent(in) :: potential !< variables of law and atoms
+      real(wp), intent(in) :: density, a        !< of the lattice
+      type(model_t), intent(out), target :: model
+      type(catalogue_t) :: catalogue
+      type(scene_t) :: scene
+      type(error_t) :: error
+      character(len=:), allocatable :: text
+      call known_materials(catalogue)
+      call known_effects(catalogue)
+      text = '&scene title=''patch'', end_time=1 /'//new_line('a')// &
+             '&grid lower='//three(0.0_wp)//', upper='//three(56*a)//', cell_size='//exact_text(4*a)//' /'// &
+             '&material name=''m'', model=''cauchy_born'', density='//exact_text(density)//', '//potential// &
+             ' /'//new_line('a')// &
+             '&body material=''m'', shape=''box'', lower='//three(4*a)//', upper='//three(52*a)//' /'// &
+             '&atoms lower='//three(24*a)//', upper='//three(32*a)//', step=1e-14, '//potential//' /'
+      call interpret_scene(comm, catalogue, text, scene, error)
+      if (.not. error%happened()) call model%build(comm, scene, error)
+      if (.not. error%happened()) call bound_speeds(model)
+      model%works_ahead = .false.
+      call test%check(.not. error%happened(), 'the scene is built', error%message)
+   end subroutine build
+
+   function three(x) result(text)
+      real(wp), intent(in) :: x
+      character(len=:), allocatable :: text
+      text = exact_text(x)//','//exact_text(x)//','//exact_text(x)
+   end function three
+
+   !> Particles and atoms move as L (x - middle).
+   subroutine set_in_motion(model, l, middle)
+      type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: l(3, 3), middle(3)
+      integer :: b, p
+      associate (at => model%levels(1)%layout)
+         do b = 1, size(model%levels(1)%blocks)
+            associate (particles => model%levels(1)%blocks(b)%particles)
+               do p = 1, particles%count
+                  particles%column(p, at%velocity:at%velocity + 2) = &
+                     matmul(l, particles%column(p, at%position:at%position + 2) - middle)
+                  particles%column(p, at%gradient:at%gradient + 8) = reshape(l, [9])
+               end do
+               call particles%changed()
+            end associate
+         end do
+      end associate
+      if (associated(model%atoms%atoms)) &
+         call model%atoms%atoms%set_velocities([0.0_wp, 0.0_wp, 0.0_wp], l, middle)
+   end subroutine set_in_motion
+
+   !> Six strains of 1 % in eight steps, before the surface of the body is heard of. With the reaction of
+   !> bonds at the pads in place of where they cross, nodes are pushed: the control.
+   subroutine strain_both(crossing)
+      logical, intent(in) :: crossing
+      integer :: steps
+      type(model_t), target :: model
+      type(error_t) :: error
+      real(wp) :: l(3, 3), f(3, 3), a, step, left, traction, middle(3), pull
+      real(wp), allocatable :: first(:, :), places(:, :), forces(:, :)
+      integer :: i, n
+      steps = merge(8, 4, crossing)
+      call build("potential='"//metal//"', element='Xx'", 8500.0_wp, constant_of(), model)
+      if (.not. allocated(model%atoms)) return
+      a = model%atoms%spec%crystal%constant
+      if (.not. crossing .and. associated(model%atoms%atoms)) model%atoms%atoms%bonds%share = 1.0_wp
+      middle = 28*a
+      step = 0.3_wp*4*a/sqrt(model%materials%slots(1)%law%p_wave_modulus()/8500.0_wp)
+      l = 0.01_wp/(steps*step)*reshape([1.0_wp, 0.3_wp, -0.4_wp, 0.3_wp, -0.6_wp, 0.5_wp, -0.4_wp, 0.5_wp, &
+                                        0.8_wp], [3, 3])
+      if (associated(model%atoms%atoms)) first = model%atoms%atoms%x
+      call set_in_motion(model, l, middle)
+      do n = 1, steps
+         call advance(model, step, error)
+         call test%check(.not. error%happened(), 'steps', error%message)
+         if (error%happened()) return
+      end do
+      f = steps*step*l
+      do i = 1, 3
+         f(i, i) = f(i, i) + 1.0_wp
+      end do
+      traction = maxval(abs(model%atoms%spec%crystal%stress(f)))*(4*a)**2
+      if (associated(model%atoms%atoms)) then
+         do i = 1, size(first, 2)
+            first(:, i) = middle + matmul(f, first(:, i) - middle)
+         end do
+         call model%atoms%atoms%place_all(first)
+         places = model%atoms%atoms%place
+         forces = model%atoms%atoms%force
+         pull = maxval(norm2(forces, 1))
+         if (crossing) then
+            call say('force on an atom, of a bond''s', model%atoms%atoms%largest_force()/pull)
+            call test%check(model%atoms%atoms%largest_force() < 1.0e-9_wp*pull, 'no atom is pushed')
+         end if
+      end if
+      call advance(model, step, error) ! what the nodes have of the continuum alone is known then
+      call test%check(.not. error%happened(), 'steps', error%message)
+      if (error%happened() .or. .not. comm%is_root()) return
+      model%atoms%patch%given = 0.0_wp
+      n = 0
+      call model%atoms%patch%add(places, forces, 1.0_wp, n)
+      left = largest_left(model)/traction
+      if (crossing) then
+         call say('force left on a node, of the traction on a cell', left)
+         call test%check(left < 6.0e-3_wp, 'no node is pushed')
+      else
+         call say('control, reactions at the pads: force left on a node', left)
+         call test%check(left > 2.0e-2_wp, 'reactions at the pads push nodes')
+      end if
+   end subroutine strain_both
+
+   !> The constant by the potential: scenes must have whole numbers of it.
+   real(wp) function constant_of() result(a)
+      use m_bravais, only: bravais_t
+      use m_group_reader, only: group_reader_t
+      use m_namelist_text, only: namelist_text_t
+      type(bravais_t) :: crystal
+      type(namelist_text_t) :: text
+      type(group_reader_t) :: group
+      type(error_t) :: error
+      logical :: found
+      call text%parse("&m potential='"//metal//"', element='Xx' /", error)
+      call group%begin(text%groups(1))
+      call crystal%potential%variables(group)
+      call crystal%find_rest(constant, found)
+      a = crystal%constant
+   end function constant_of
+
+   !> Largest sum of what the continuum and the bonds give to a node at the box, N.
+   real(wp) function largest_left(model) result(largest)
+      type(model_t), intent(in) :: model
+      integer :: i, j, k
+      largest = 0.0_wp
+      associate (patch => model%atoms%patch)
+         do k = 5, 9
+            do j = 5, 9
+               do i = 5, 9
+                  associate (node => patch%motion(:, i, j, k))
+                     largest = max(largest, maxval(abs(node(1)*node(5:7) + patch%given(:, i, j, k))))
+                  end associate
+               end do
+            end do
+         end do
+      end associate
+   end function largest_left
+
+   !> Body and atoms turn, and are strained so fast that waves run: nothing pushes them from outside.
+   subroutine fly()
+      integer, parameter :: steps = 6
+      type(model_t), target :: model
+      type(error_t) :: error
+      type(sums_t) :: sums
+      real(wp) :: l(3, 3), step, a, p(3), q(3), start(6), now(6), scale(2)
+      integer :: n
+      call build("potential='"//metal//"', element='Xx'", 8500.0_wp, constant_of(), model)
+      if (.not. allocated(model%atoms)) return
+      a = model%atoms%spec%crystal%constant
+      step = 0.3_wp*4*a/sqrt(model%materials%slots(1)%law%p_wave_modulus()/8500.0_wp)
+      l = 0.002_wp/step*reshape([0.1_wp, 0.4_wp, -0.3_wp, -0.2_wp, -0.2_wp, 0.4_wp, 0.3_wp, -0.1_wp, &
+                                 0.2_wp], [3, 3])
+      call set_in_motion(model, l, [26*a, 27*a, 29*a])
+      do n = 0, steps
+         if (n > 0) call advance(model, step, error)
+         call test%check(.not. error%happened(), 'steps', error%message)
+         if (error%happened()) return
+         sums = measure(model)
+         p = 0.0_wp
+         q = 0.0_wp
+         if (associated(model%atoms%atoms)) call model%atoms%atoms%momentum(p, q)
+         now = [sums%momentum + p, sums%angular_momentum + q]
+         if (n == 0) start = now
+      end do
+      if (.not. comm%is_root()) return
+      scale = [sums%mass*maxval(abs(l))*16*a, sums%mass*maxval(abs(l))*(16*a)**2]
+      call say('momentum, change of the largest there could be', maxval(abs(now(:3) - start(:3)))/scale(1))
+      call say('angular momentum, the same', maxval(abs(now(4:) - start(4:)))/scale(2))
+      call test%check(maxval(abs(now(:3) - start(:3))) < 1.0e-12_wp*scale(1), 'momentum')
+   end subroutine fly
+
+end program patch
