@@ -1,6 +1,6 @@
 # Tools for users: drawing, hardness, studies, users' laws.
 
-.PHONY: demo plots hardness vumat error_bar paraview movie closeup pole_figure study solve identify report gallery benchmarks api
+.PHONY: demo plots section hardness vumat error_bar paraview movie closeup pole_figure study solve identify report gallery benchmarks api
 
 ##@ Use (RUN=out/cone: the directory of a run; the same: gimp3d-post COMMAND RUN)
 ## demo         from nothing: set up, build, press a sphere, draw the results
@@ -23,6 +23,12 @@ plots:
 	@$(MAKE) --no-print-directory venv
 	@$(post) plots $(PLOT_OPTIONS) $(if $(RUN),"$(RUN)")
 	@[ ! -f "$(RUN)/particles.hdf.series" ] || $(post) tool_surface "$(RUN)"
+
+## section      SCENE: an axisymmetric or plane-strain scene made of a 3D one
+# SCENE=input/taylor.nml: that scene given by its section, or what stands against it
+section: gimp3d
+	@[ -n "$(SCENE)" ] || { echo "Say which scene: make section SCENE=input/taylor.nml"; exit 2; }
+	@./gimp3d --section "$(SCENE)"
 
 ## hardness     RUN: hardness, modulus, pile-up with uncertainties (hardness.md)
 # RUN=directory: hardness, modulus, pile-up of an indentation (doc/user/hardness.md); TOOL=name,

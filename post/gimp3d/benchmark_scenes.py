@@ -35,6 +35,7 @@ class Grid:
     cell: float = finest
     half: bool = False  # half model, for tools of one mirror plane; else a quarter
     closed: bool = False  # the block's sides are held by symmetry, so that it may be under stress; else free
+    section: bool = False  # given by its section: a disk and what a tool of revolution does to it
 
     @property
     def coarsest(self):
@@ -47,6 +48,8 @@ class Grid:
 
     def groups(self):
         big, top = self.coarsest, self.thickness
+        if self.section:
+            return self.flat_groups()
         far, side = (self.width, "symmetry") if self.closed else (self.width + 1, "free")
         left, near = (-far * big, side) if self.half else (0.0, "symmetry")
         lines = [
@@ -61,6 +64,21 @@ class Grid:
             lines.append(
                 f"&level    lower={words((left, 0, top - depth * cell))}, "
                 f"upper={words((width * cell, width * cell, top + 2 * cell))} /"
+            )
+        return lines
+
+    def flat_groups(self):
+        big, top = self.coarsest, self.thickness
+        lines = [
+            "&grid     geometry='axisymmetric', lower=0,0,0, "
+            f"upper={words(((self.width + 1) * big, big, top + 2 * big))}, cell_size={big:.10g},\n"
+            "          boundary='symmetry','free','symmetry','symmetry','fixed','free' /"
+        ]
+        for number, (width, depth) in enumerate(self.boxes):
+            cell = big / 2**number
+            lines.append(
+                f"&level    lower={words((0, 0, top - depth * cell))}, "
+                f"upper={words((width * cell, big, top + 2 * cell))} /"
             )
         return lines
 
@@ -173,7 +191,7 @@ def scene(
     """The text of a scene. `tool` is its shape and numbers; `pushed` has, in place of the motion, mass (kg,
     of the whole tool), speed (m/s) and end (s)."""
     lines = [f"! {line}" for line in comment]
-    share = 0.5 if grid.half else 0.25
+    share = 1.0 if grid.section else 0.5 if grid.half else 0.25
     if pushed:
         mass, speed, end = pushed
         moved, every = f"times=0, loads=0, mass={share * mass:.10g}, initial_speed={speed:.10g}", end

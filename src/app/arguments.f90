@@ -13,15 +13,20 @@ module m_arguments
       character(len=:), allocatable :: answer  !< all that is asked for is this text; empty: a run
       logical :: plans = .false.               !< as mode='plan' of &scene
       logical :: schema = .false.              !< all that is asked for is what a scene may say
+      logical :: sections = .false.            !< the scene is to be written as the one that gives its section
    end type arguments_t
 
    character(len=*), parameter :: newline = new_line('a'), usage = &
-      'usage: gimp3d [--plan] [--json FILE] [SCENE.nml], gimp3d < SCENE.nml, or gimp3d --restart DIRECTORY'
+      'usage: gimp3d [--plan | --section] [--json FILE] [SCENE.nml], gimp3d < SCENE.nml, or '// &
+      'gimp3d --restart DIRECTORY'
    character(len=*), parameter :: help = usage//newline//newline// &
       '  SCENE.nml            the scene, a namelist file (doc/user/input.md); without: standard input'// &
       newline// &
       '  --plan               say what the run would take, in time, memory and output; run nothing'// &
       newline// &
+      '  --section            write the scene as one that is given by its section, axisymmetric or plane'// &
+      newline// &
+      '                       strain, or say what stands against it; run nothing'//newline// &
       '  --json FILE          write the figures of the plan or run to FILE too'//newline// &
       '  --restart DIRECTORY  continue the run of DIRECTORY from its newest complete checkpoint'//newline// &
       '  --schema             what a scene may say, as a JSON Schema for editors'//newline// &
@@ -48,6 +53,7 @@ contains
          case ('--version'); arguments%answer = 'gimp3d '//program_version
          case ('--plan'); arguments%plans = .true.
          case ('--schema'); arguments%schema = .true.
+         case ('--section'); arguments%sections = .true.
          case ('--json'); call take(arguments%json, 'file')
          case ('--restart'); call take(arguments%restart, 'directory')
          case default
@@ -58,6 +64,8 @@ contains
             end if
          end select
       end do
+      if (arguments%sections .and. (arguments%plans .or. arguments%restart /= '')) call fail(error, &
+         exit_input, '--section goes with a scene alone, not with --plan or --restart; '//usage)
       n = max(1, verify(arguments%restart, '/', back=.true.)) ! slashes at the end are no part of the name
       if (arguments%restart /= '') arguments%restart = arguments%restart(:n)
       if (arguments%restart /= '' .and. (arguments%scene /= '' .or. arguments%plans)) &

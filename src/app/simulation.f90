@@ -30,6 +30,8 @@ module m_simulation
    use m_signals, only: catch_signals
    use m_arguments, only: arguments_t, read_arguments
    use m_resume, only: read_run, resume_run, resumed_t
+   use m_scene_reader, only: read_scene
+   use m_scene_writer, only: scene_as_namelist
    use m_console, only: console_t
    use m_introduction, only: introduce
    use m_plan, only: print_plan
@@ -88,9 +90,8 @@ contains
       if (self%error%happened() .or. self%arguments%answer /= '') return
       call check_launch(self%communicator, self%error)
       if (self%error%happened()) return
-      call read_run(self%communicator, self%arguments, self%catalogue, self%scene, before, self%lock, &
-                    self%error)
-      if (self%error%happened()) return
+      call take_scene(self, before)
+      if (self%error%happened() .or. self%arguments%answer /= '') return
       if (.not. self%scene%plans) call catch_signals() ! a plan has nothing to keep
       call self%model%build(self%communicator, self%scene, self%error, empty=before%happened)
       if (self%error%happened()) return
@@ -185,6 +186,23 @@ contains
       if (self%arguments%json /= '' .and. .not. self%error%happened()) &
          call figures%write(self%communicator, self%arguments%json, self%error)
    end subroutine make_plan
+
+   !> Collective: the scene, and from where it goes on; or as the one that gives it by its section, on
+   !> standard output.
+   subroutine take_scene(self, before)
+      class(simulation_t), intent(inout) :: self
+      type(resumed_t), intent(out) :: before
+      if (.not. self%arguments%sections) then
+         call read_run(self%communicator, self%arguments, self%catalogue, self%scene, before, self%lock, &
+                       self%error)
+         return
+      end if
+      call read_scene(self%communicator, self%catalogue, self%arguments%scene, self%scene, self%error, &
+                      as_section=.true.)
+      if (self%error%happened()) return
+      self%arguments%answer = scene_as_namelist(self%scene)
+      call self%console%line(self%arguments%answer(:len(self%arguments%answer) - 1))
+   end subroutine take_scene
 
    !> True when the scene has ended or the run cannot go on.
    pure logical function done(self)

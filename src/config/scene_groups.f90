@@ -295,18 +295,42 @@ contains
    subroutine describe_grid(group, grid)
       type(group_reader_t), intent(inout) :: group
       type(grid_spec_t), intent(inout) :: grid
-      integer :: choices(6), side
+      integer :: choices(6), side, sides(4)
       if (grid%section%is_flat() .or. .not. group%is_writing()) &
          call group%get_choice('geometry', grid%section%geometry, geometry_words)
-      call group%get('lower', grid%lower, any_value('m'), required=.true.)
-      call group%get('upper', grid%upper, any_value('m'), required=.true.)
+      call get_corner(group, 'lower', grid, grid%lower)
+      call get_corner(group, 'upper', grid, grid%upper)
       call group%get('cell_size', grid%cell_size, above(0.0_wp, 'm'), required=.true.)
+      if (grid%section%is_flat() .and. group%values_given('upper') == 2) grid%upper(2) = grid%cell_size
       do side = 1, 6
          choices(side) = findloc(boundary_codes, grid%boundary(side), dim=1)
       end do
-      call group%get_choices('boundary', choices, boundary_words)
+      if (grid%section%is_flat() .and. group%values_given('boundary') == 4) then
+         sides = choices([1, 2, 5, 6])
+         call group%get_choices('boundary', sides, boundary_words)
+         choices([1, 2, 5, 6]) = sides
+         choices(3:4) = findloc(boundary_codes, boundary_symmetry, dim=1)
+      else
+         call group%get_choices('boundary', choices, boundary_words)
+      end if
       grid%boundary = boundary_codes(max(choices, 1))
    end subroutine describe_grid
+
+   !> A corner of the grid; of a section x and z will do.
+   subroutine get_corner(group, name, grid, corner)
+      type(group_reader_t), intent(inout) :: group
+      character(len=*), intent(in) :: name
+      type(grid_spec_t), intent(in) :: grid
+      real(wp), intent(inout) :: corner(3)
+      real(wp) :: pair(2)
+      if (grid%section%is_flat() .and. group%values_given(name) == 2) then
+         pair = 0.0_wp
+         call group%get(name, pair, any_value('m'), required=.true.)
+         corner = [pair(1), 0.0_wp, pair(2)]
+      else
+         call group%get(name, corner, any_value('m'), required=.true.)
+      end if
+   end subroutine get_corner
 
    subroutine describe_time(group, time)
       type(group_reader_t), intent(inout) :: group

@@ -16,6 +16,7 @@ module m_scene_reader
    use m_scene_groups, only: read_groups
    use m_scene_particles, only: choose_fill, choose_domain
    use m_scene_section, only: take_sections
+   use m_scene_to_section, only: make_section
    implicit none
    private
    public :: read_scene, interpret_scene
@@ -26,12 +27,13 @@ contains
 
    !> Collective: read the scene from a file or, where that is empty, from the standard input of rank 0, all
    !> of it. Every rank gets the same scene or error. Nothing is written.
-   subroutine read_scene(communicator, catalogue, file, scene, error)
+   subroutine read_scene(communicator, catalogue, file, scene, error, as_section)
       type(communicator_t), intent(in) :: communicator
       type(catalogue_t), intent(in) :: catalogue !< of laws and effects
       character(len=*), intent(in) :: file
       type(scene_t), intent(out) :: scene
       type(error_t), intent(inout) :: error
+      logical, intent(in), optional :: as_section !< it becomes the one that gives it by its section
       character(len=:), allocatable :: text
       logical :: ok
       ok = .true.
@@ -46,11 +48,11 @@ contains
       end if
       call communicator%agree(error)
       if (error%happened()) return
-      call interpret_scene(communicator, catalogue, text, scene, error)
+      call interpret_scene(communicator, catalogue, text, scene, error, as_section=as_section)
    end subroutine read_scene
 
    !> Collective: as read_scene, from a text that rank 0 holds.
-   subroutine interpret_scene(communicator, catalogue, text, scene, error, kept)
+   subroutine interpret_scene(communicator, catalogue, text, scene, error, kept, as_section)
       type(communicator_t), intent(in) :: communicator
       type(catalogue_t), intent(in) :: catalogue
       character(len=:), allocatable, intent(inout) :: text
@@ -58,6 +60,7 @@ contains
       type(error_t), intent(inout) :: error
       logical, intent(in), optional :: kept !< the text is that of a checkpoint: its output has been written
                                             !< before
+      logical, intent(in), optional :: as_section !< as in read_scene
       type(namelist_text_t) :: parsed
       logical :: looks
       looks = .true.
@@ -71,6 +74,7 @@ contains
       end if
       if (.not. error%happened()) call read_groups(parsed, catalogue, scene, error)
       if (.not. error%happened()) call load_shapes(communicator, parsed, scene, error)
+      if (present(as_section) .and. .not. error%happened()) call make_section(parsed, scene, error)
       if (.not. error%happened()) call take_sections(parsed, scene, error)
       if (.not. error%happened()) call carve_bodies(parsed, scene, error)
       if (.not. error%happened()) then

@@ -7,11 +7,10 @@ module m_group_reader
    use m_kinds, only: wp
    use m_constants, only: exit_input
    use m_errors, only: error_t, fail
-   use m_namelist_group, only: group_t, entry_t
+   use m_namelist_group, only: group_t
    use m_namelist_lines, only: reals_line, integer_line, logical_line
    use m_number_text, only: read_real, read_integer, number_good, number_infinite, number_size
    use m_schema_text, only: number_property, integer_property, plain_property
-   use m_synonyms, only: factor_of
    use m_text, only: to_text
    use m_value_range, only: range_t
    use m_words, only: lower_case, advice, joined
@@ -46,6 +45,7 @@ module m_group_reader
       procedure :: finish
       procedure :: names
       procedure :: is_given
+      procedure :: values_given
       procedure :: is_writing
       procedure :: is_reading
       procedure :: refuse
@@ -80,6 +80,18 @@ module m_group_reader
          character(len=*), intent(in) :: name, property
          logical, intent(in), optional :: required
       end subroutine note
+      !> How many values are given of a variable.
+      pure module integer function values_given(self, name)
+         class(group_reader_t), intent(in) :: self
+         character(len=*), intent(in) :: name
+      end function values_given
+      !> Refuse another number of values than `wanted`.
+      module subroutine check_count(self, found, wanted, expected, good)
+         class(group_reader_t), intent(inout) :: self
+         integer, intent(in) :: found, wanted
+         character(len=*), intent(in) :: expected
+         logical, intent(out) :: good
+      end subroutine check_count
       module subroutine get_option(self, name, value, options)
          class(group_reader_t), intent(inout) :: self
          character(len=*), intent(in) :: name
@@ -261,38 +273,6 @@ contains
       if (self%writing .or. .not. present(required)) return
       if (required .and. found == 0) call self%refuse(name, 'missing; '//expected)
    end function look_up
-
-   !> Refuse another number of values than `wanted`.
-   subroutine check_count(self, found, wanted, expected, good)
-      class(group_reader_t), intent(inout) :: self
-      integer, intent(in) :: found, wanted
-      character(len=*), intent(in) :: expected
-      logical, intent(out) :: good
-      integer :: given
-      good = .false.
-      if (found == 0) return
-      given = size(self%group%entries(found)%values)
-      good = given == wanted
-      if (.not. good) call self%refuse(self%group%entries(found)%name, expected//'; '//to_text(given)// &
-                                       ' given'//unit_behind(self%group%entries(found)))
-   end subroutine check_count
-
-   !> Where the last value is a unit: that none is written, and what would be.
-   function unit_behind(entry) result(text)
-      type(entry_t), intent(in) :: entry
-      character(len=:), allocatable :: text, unit
-      real(wp) :: value
-      integer :: fault
-      text = ''
-      if (size(entry%values) < 2 .or. any(entry%values%quoted)) return
-      associate (last => size(entry%values))
-         unit = entry%value_text(last)
-         call read_real(entry%value_text(last - 1), value, fault)
-         if (fault == number_good .and. factor_of(unit) > 0.0_wp) &
-            text = '; units are not written, all is in SI: '//to_text(value*factor_of(unit))//' for '// &
-                   entry%value_text(last - 1)//' '//unit
-      end associate
-   end function unit_behind
 
    !> One number of a variable, checked.
    subroutine number(self, found, i, range, value, expected)

@@ -1,10 +1,47 @@
-!> Variables of a group whose values are words: texts, names, choices; and whole numbers of a few.
+!> Variables of a group whose values are words: texts, names, choices; whole numbers of a few; how many values
+!> there are.
 submodule (m_group_reader) m_group_words
+   use m_namelist_group, only: entry_t
    use m_namelist_lines, only: text_line, words_line
+   use m_synonyms, only: factor_of
    use m_schema_text, only: words_property, json_text
    implicit none
 
 contains
+
+   module procedure values_given
+      integer :: found
+      values_given = 0
+      found = self%group%find_entry(name)
+      if (found > 0) values_given = size(self%group%entries(found)%values)
+   end procedure values_given
+
+   module procedure check_count
+      integer :: given
+      good = .false.
+      if (found == 0) return
+      given = size(self%group%entries(found)%values)
+      good = given == wanted
+      if (.not. good) call self%refuse(self%group%entries(found)%name, expected//'; '//to_text(given)// &
+                                       ' given'//unit_behind(self%group%entries(found)))
+   end procedure check_count
+
+   !> Where the last value is a unit: that none is written, and what would be.
+   function unit_behind(entry) result(text)
+      type(entry_t), intent(in) :: entry
+      character(len=:), allocatable :: text, unit
+      real(wp) :: value
+      integer :: fault
+      text = ''
+      if (size(entry%values) < 2 .or. any(entry%values%quoted)) return
+      associate (last => size(entry%values))
+         unit = entry%value_text(last)
+         call read_real(entry%value_text(last - 1), value, fault)
+         if (fault == number_good .and. factor_of(unit) > 0.0_wp) &
+            text = '; units are not written, all is in SI: '//to_text(value*factor_of(unit))//' for '// &
+                   entry%value_text(last - 1)//' '//unit
+      end associate
+   end function unit_behind
 
    module procedure begin_schema
       call self%begin()

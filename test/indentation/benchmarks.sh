@@ -15,7 +15,7 @@ refused() { # WORD COMMAND...: status 2 and one sentence that has the word
    [ $status -eq 2 ] && [ "$(wc -l <said)" -eq 1 ] && grep -q "$word" said || { cat said; fail "status $status: $*"; }
 }
 refused 'no such case' "$PYTHON" -m gimp3d benchmarks --document document.md --no-run B99
-refused 'coarse and fine' "$PYTHON" -m gimp3d benchmarks --document document.md --grids rough --no-run B1
+refused 'coarse, fine and finer' "$PYTHON" -m gimp3d benchmarks --document document.md --grids rough --no-run B1
 refused 'no such program' "$PYTHON" -m gimp3d benchmarks --document document.md --program ./none B10
 echo 'no place' >empty.md
 refused 'has no lines' "$PYTHON" -m gimp3d benchmarks --document empty.md --no-run B10

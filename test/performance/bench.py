@@ -6,8 +6,8 @@ usage: bench.py WORK GIMP3D TOOLS [--repeats N] [--only TABLE ...] [--build TEXT
 [--coarrays FOLDER]
 
 TOOLS is the folder of the programs probe, barrier, ranks, halo and laws. TABLE is one of before, tips, block,
-contact, compliance, pairs, growth, large, levels, model, checkpoint, guard, laws, taichi, halo (all when none
-is named).
+contact, compliance, pairs, growth, large, levels, model, checkpoint, guard, laws, taichi, halo, section (all
+when none is named).
 before   scenes as users run them (users.py), beside the program that --before names, in user time
 tips     a tip of 4224, 10^5 and 10^6 triangles beside the same tip as a cone: what contact takes
 block    an elastic block of 32 x 32 x 32 cells in motion: moved along (ordered), deforming as it hits a wall
@@ -28,6 +28,8 @@ guard    what the guard costs: its row of cost.dat, and runs with copies and loo
          too: they tell what the looks in every step cost
 laws     material laws by themselves: nanoseconds a particle (laws.f90)
 taichi   neo_hookean beside a bare MLS-MPM step in taichi, where that is installed (taichi_mpm.py)
+section  a quarter model over its section, processor time at the same cells: demo, indenter, B1, Taylor,
+         quasi-static cone
 halo     an exchange of ghost nodes by MPI and, where FOLDER has a program halo built with coarrays, by these:
          bytes, messages, time (halo.f90)
 checkpoint  what one costs, beside a plain write of as many bytes A probe of multiply-adds and of a memory
@@ -1002,6 +1004,67 @@ def table_statics(bench):
             )
 
 
+def quarter_and_section(text, out, share):
+    """A quarter model of a body of revolution up to a share of its time, and the same cells as a section: its
+    layer of cells, symmetry on both sides of that; a box is a ring there."""
+    text = re.sub(r'^!.*\n', '', text, flags=re.M)
+    text = re.sub(r'end_time=(\S+)', lambda m: f'end_time={float(m[1]) * share!r}', text)
+    text = re.sub(r'&output.*/', f"&output directory='{out}', formats='none' /", text)
+    cell = re.search(r'cell_size=([^,\s]+)', text)[1]
+    section = re.sub(
+        r"&grid +(lower=0,0,0, upper=[^,]+,)[^,]+(,[^/]*boundary='symmetry','\w+','symmetry',)'\w+'",
+        rf"&grid geometry='axisymmetric', \g<1>{cell}\g<2>'symmetry'",
+        text,
+    )
+    assert section != text
+    return text, section
+
+
+def table_section(bench):
+    """Processor time of a quarter model over that of its section, at the same cells."""
+    sys.path.insert(0, str(ROOT / 'post'))
+    from gimp3d import benchmark_cases
+
+    rows = {row.name: row for case in benchmark_cases.cases() for row in case.rows}
+    static = (ROOT / 'input' / 'static_cone.nml').read_text()
+    for old, new in (
+        ("geometry='axisymmetric', ", ''),
+        ('24e-6,1e-6,24e-6', '24e-6,24e-6,24e-6'),
+        ("'symmetry','symmetry','roller'", "'symmetry','free','roller'"),
+        ('8e-6,1e-6,24e-6', '8e-6,8e-6,24e-6'),
+        ('20e-6,1e-6,20e-6', '20e-6,20e-6,20e-6'),
+    ):
+        assert old in static
+        static = static.replace(old, new)
+    scenes = {
+        'demo': ((ROOT / 'input/demo.nml').read_text(), 0.5),
+        'indenter': ((ROOT / 'input/indenter.nml').read_text(), 0.2),
+        'B1, E/Y = 100, coarse': (rows['cone_100_0'].make(benchmark_cases.sharp_grids['coarse'], 'x'), 0.2),
+        'taylor': (
+            (ROOT / 'input/taylor.nml').read_text().replace('safety=0.3', "safety=0.3, domain='corners'"),
+            0.5,
+        ),
+        'quasi-static cone': (static, 0.1),
+    }
+    head(['scene', 'particles', 'of the section', 'processor [s]', 'of the section', 'ratio'])
+    for name, (text, share) in scenes.items():
+        rounds = []
+        for _ in range(bench.repeats):
+            both = quarter_and_section(text, bench.out(), share)
+            rounds.append([bench.finish(bench.start(1, scene), read_work) for scene in both])
+        ratio = statistics.median(whole[0] / flat[0] for whole, flat in rounds)
+        (work, many), (flat_work, few) = rounds[0]
+        row([name, str(many), str(few), f'{work:.1f}', f'{flat_work:.2f}', f'{ratio:.0f}'])
+
+
+def read_work(log):
+    """Seconds of processors, and particles at the start."""
+    work = re.search(r'^processors: (\S+) (\w+)(?: (\S+) s)? of work', log, re.M)
+    size = re.search(r'^particles +(\d+) on ', log, re.M)
+    scale = {'ms': 1e-3, 's': 1.0, 'min': 60.0, 'h': 3600.0}[work[2]]
+    return float(work[1]) * scale + float(work[3] or 0), int(size[1])
+
+
 def main():
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -1036,6 +1099,7 @@ def main():
         'taichi': table_taichi,
         'crystals': table_crystals,
         'statics': table_statics,
+        'section': table_section,
         'checkpoint': table_checkpoint,
         'halo': table_halo,
     }

@@ -1,0 +1,128 @@
+!> A scene in three dimensions becomes the one that gives it by its section (theory.md, Sections), where
+!> nothing stands against it: what is of a part of a body becomes what is of all of it.
+module m_scene_to_section
+   use m_kinds, only: wp
+   use m_constants, only: exit_input
+   use m_errors, only: error_t, fail
+   use m_namelist_text, only: namelist_text_t
+   use m_scene
+   use m_section, only: geometry_axisymmetric, geometry_plane_strain
+   implicit none
+   private
+   public :: make_section
+
+   real(wp), parameter :: near = 1.0e-9_wp !< cells: a side so near to a place is there
+
+contains
+
+   !> Between two sides of symmetry in y it is a slice, plane strain; else a part of a body of revolution
+   !> about x = y = 0. What bodies, tools and effects may be is for `take_sections` to say.
+   subroutine make_section(text, scene, error)
+      type(namelist_text_t), intent(in) :: text
+      type(scene_t), intent(inout) :: scene
+      type(error_t), intent(inout) :: error
+      real(wp) :: whole
+      if (scene%grid%section%is_flat()) then
+         call fail(error, exit_input, text%place('grid', 1, 'geometry')//': the scene is given by its '// &
+                   'section already')
+         return
+      end if
+      if (all(scene%grid%boundary(3:4) == boundary_symmetry)) then
+         scene%grid%section%geometry = geometry_plane_strain
+         whole = 1.0_wp/(scene%grid%upper(2) - scene%grid%lower(2))
+         call refuse_short(text, scene, error)
+      else
+         scene%grid%section%geometry = geometry_axisymmetric
+         call find_axis(text, scene%grid, whole, error)
+         if (.not. error%happened()) call refuse_boxes(text, scene, error)
+      end if
+      if (error%happened()) return
+      scene%grid%lower(2) = 0.0_wp
+      scene%grid%upper(2) = scene%grid%cell_size
+      scene%grid%boundary(3:4) = boundary_symmetry
+      call raise_loads(scene, whole)
+   end subroutine make_section
+
+   !> How many times what is modelled the whole body is: by the sides of symmetry through the axis. Where it
+   !> is modelled as a whole, half of it goes.
+   subroutine find_axis(text, grid, whole, error)
+      type(namelist_text_t), intent(in) :: text
+      type(grid_spec_t), intent(inout) :: grid
+      real(wp), intent(out) :: whole
+      type(error_t), intent(inout) :: error
+      character(len=1), parameter :: names(2) = ['x', 'y']
+      integer :: axis
+      whole = 1.0_wp
+      do axis = 1, 2
+         if (grid%boundary(2*axis) == boundary_symmetry) then
+            call fail(error, exit_input, text%place('grid', 1, 'boundary')//': a body of revolution has '// &
+                      'no symmetry on the upper side in '//names(axis)//'; allowed: free, roller, fixed')
+         else if (grid%boundary(2*axis - 1) == boundary_symmetry) then
+            whole = 2.0_wp*whole
+            if (abs(grid%lower(axis)) > near*grid%cell_size) &
+               call fail(error, exit_input, text%place('grid', 1, 'lower')//': a body of revolution '// &
+                         'about z has its symmetry in '//names(axis)//' at 0')
+         else if (grid%lower(axis) >= 0.0_wp .or. grid%upper(axis) <= 0.0_wp) then
+            call fail(error, exit_input, text%place('grid', 1, 'lower')//': a body of revolution about z '// &
+                      'lies on both sides of '//names(axis)//'=0, or on a side of symmetry there')
+         end if
+      end do
+      grid%lower(1) = 0.0_wp
+      grid%boundary(1) = boundary_symmetry
+   end subroutine find_axis
+
+   !> A box is no body of revolution; in a section it would be a ring.
+   subroutine refuse_boxes(text, scene, error)
+      type(namelist_text_t), intent(in) :: text
+      type(scene_t), intent(in) :: scene
+      type(error_t), intent(inout) :: error
+      integer :: i
+      do i = 1, size(scene%bodies)
+         if (scene%bodies(i)%shape%name == 'box') &
+            call fail(error, exit_input, text%place('body', i, 'shape')//': a box is no body of '// &
+                      'revolution; allowed: cylinder, sphere, cone about x=y=0')
+      end do
+      do i = 1, size(scene%cuts)
+         if (scene%cuts(i)%shape%name == 'box') &
+            call fail(error, exit_input, text%place('cut', i, 'shape')//': a box is no body of '// &
+                      'revolution; allowed: cylinder, sphere, cone about x=y=0')
+      end do
+   end subroutine refuse_boxes
+
+   !> Plane strain is of bodies that go on from one side of the slice to the other.
+   subroutine refuse_short(text, scene, error)
+      type(namelist_text_t), intent(in) :: text
+      type(scene_t), intent(in) :: scene
+      type(error_t), intent(inout) :: error
+      real(wp) :: lower(3), upper(3)
+      integer :: i
+      do i = 1, size(scene%bodies)
+         call scene%bodies(i)%shape%bounding_box(lower, upper)
+         associate (grid => scene%grid)
+            if (lower(2) - grid%lower(2) > near*grid%cell_size .or. &
+                grid%upper(2) - upper(2) > near*grid%cell_size) &
+               call fail(error, exit_input, text%place('body', i, 'shape')//': between two sides of '// &
+                         'symmetry in y the body '//scene%bodies(i)%name//' must go from side to side')
+         end associate
+      end do
+   end subroutine refuse_short
+
+   !> Loads on tools, their masses and inertia, are those of all of the body.
+   subroutine raise_loads(scene, whole)
+      type(scene_t), intent(inout) :: scene
+      real(wp), intent(in) :: whole
+      integer :: i, m
+      do i = 1, size(scene%tools)
+         associate (tool => scene%tools(i))
+            if (allocated(tool%loads)) tool%loads = whole*tool%loads
+            tool%mass = whole*tool%mass
+            if (.not. allocated(tool%motions)) cycle
+            do m = 1, size(tool%motions)
+               if (allocated(tool%motions(m)%loads)) tool%motions(m)%loads = whole*tool%motions(m)%loads
+               tool%motions(m)%mass = whole*tool%motions(m)%mass
+            end do
+         end associate
+      end do
+   end subroutine raise_loads
+
+end module m_scene_to_section
