@@ -265,9 +265,11 @@ contains
                   table%bytes_of('domain') + table%bytes_of('half_size') + table%bytes_of('generation') &
                   - bytes_per_column)
          call add(size(scene%tools) > 0, 'tool contact', table%bytes_of('contact_pressure') &
-                  + table%bytes_of('last_contact_pressure') + table%bytes_of('contact_gap'))
+                  + table%bytes_of('last_contact_pressure') + table%bytes_of('contact_gap') &
+                  + table%bytes_of('contact_deflection'))
          call add(scene%fields() > 1, 'contact between bodies', table%bytes_with('surface_'))
-         call add(model%contact%friction%present, 'friction', table%bytes_of('contact_friction'))
+         call add(model%contact%friction%present, 'friction', table%bytes_of('contact_friction') &
+                  + table%bytes_of('contact_shear_deflection'))
          call add(size(scene%probes) > 0, 'probes', 0)
          do k = 1, size(catalogue%effects)
             associate (name => catalogue%effects(k)%it%name)

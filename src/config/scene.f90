@@ -159,6 +159,7 @@ module m_scene
       real(wp) :: tolerance = 1.0e-8_wp  !< residual of the contact problem relative to its right-hand side
       integer :: max_iterations = 200
       real(wp) :: compliance = 0.01_wp   !< of a contact point, in time step over mass of its particle
+      real(wp) :: subcell = 0.35_wp      !< of the half-space below a cell, in cells over its modulus; 0: none
    end type contact_spec_t
 
    !> &body_contact: what holds between bodies of two groups.

@@ -258,6 +258,7 @@ contains
          call group%get('tolerance', scene%contact%tolerance, above(0.0_wp, '', at_most=hopeless_residual))
          call group%get('max_iterations', scene%contact%max_iterations, least=1)
          call group%get('compliance', scene%contact%compliance, above(0.0_wp, '', at_most=1.0_wp))
+         call group%get('subcell', scene%contact%subcell, at_least(0.0_wp, '', at_most=1.0_wp))
       case ('quasi_static')
          call describe_quasi_static(group, scene%quasi_static)
       case ('guard')

@@ -315,7 +315,7 @@ contains
                  last => self%elements%last(:, meeting%element), &
                  pair => pair_of(nint(self%elements%list(meeting%element)%field), meeting%field))
          call carry_on(merge(last(5) + c%allowed, 0.0_wp, nint(last(6)) == meeting%field), element%edge, &
-                       c%gap, c%carried, c%drift)
+                       .false., c%gap, c%carried, c%drift)
          if (.not. c%carried .and. self%specs(pair)%press_fit > 0.0_wp) then ! pushed out, not drawn
             c%gap = c%gap - c%drift
             c%drift = 0.0_wp

@@ -13,8 +13,9 @@ module m_candidates
    use m_face_weights, only: find_face, cube_span, flattening
    use m_face_gap, only: find_gap, near_tool, particles_near, deform, thickest, fastest
    use m_friction_law, only: has_friction
+   use m_subcell_modulus, only: half_space_modulus, subcell_compliance
    use m_contact_point, only: candidate_t, partner_t, no_candidate, drift_of, set_face, point_velocity, &
-                              place_of, overlap_rate, margin
+                              place_of, width_of, overlap_rate, margin
    implicit none
    private
    public :: candidates_t, carry_on
@@ -30,6 +31,12 @@ module m_candidates
       integer :: earlier = 0   !< column of what it was a step before
       integer :: traction = 0  !< first column of the friction; 0 where no tool has any
       integer :: carried = 0   !< first column of the gaps that are carried on, one for each tool
+      integer :: deflected = 0 !< first column of deflections below the cells, one for each tool; 0: none
+      integer :: dragged = 0   !< first column of those by friction
+      real(wp) :: subcell = 0.0_wp         !< factor of the compliance below a cell; 0: none
+      real(wp), allocatable :: modulus(:)  !< of the half-space, by materials, Pa
+      real(wp), allocatable :: deepest(:)  !< (tools): the largest pressure of the last step, of all ranks,
+                                           !< times that compliance, m
       integer, allocatable :: before(:) !< each block's, candidates of the blocks before it; of tools
       integer, allocatable :: pairs_before(:) !< the same, of those between bodies
       real(wp) :: drift = 0.0_wp !< largest difference yet between a carried gap and that of the particle's
@@ -44,11 +51,13 @@ module m_candidates
       procedure, private :: consider
       procedure, private :: take
       procedure, private :: shift_pressure_history
+      procedure, private :: width_ahead
    end type candidates_t
 
    real(wp), parameter :: largest_face = 4.0_wp !< squared cells: of what is drawn out flat, along its face
    real(wp), parameter :: widest_gap = 0.25_wp !< nothing is carried on across a gap of so many thicknesses:
                                                !< the face is another's, of a particle that has been split
+   real(wp), parameter :: farthest_ahead = 0.25_wp !< edges: no candidate has a wider gap
 
 contains
 
@@ -65,13 +74,15 @@ contains
       logical, intent(in), optional :: again !< the last step's pressures, friction and gaps stay: candidates
                                              !< are found again for it
       logical :: turns
-      integer :: b, t
+      integer :: b, m, t
       self%count = 0
       self%paired = 0
       self%frictional = 0
       overlap = 0.0_wp
       turns = .true.
       if (present(again)) turns = .not. again
+      if (self%deflected > 0 .and. .not. allocated(self%modulus)) &
+         self%modulus = [(half_space_modulus(materials%slots(m)%law), m=1, size(materials%slots))]
       if (allocated(self%before)) then
          if (size(self%before) /= size(level%blocks) + 1) deallocate (self%before)
       end if
@@ -131,8 +142,8 @@ contains
       real(wp) :: reach !< no candidate's contact point is further from the tool, m
       integer :: n
       reach = min(fastest*level%grid%cell, &
-                  margin*thickest(level) + time_step*(fastest_node(level%nodes(:, :, :, :, b)) &
-                                                      + tool%surface_speed()))
+                  self%width_ahead(t, thickest(level)) &
+                  + time_step*(fastest_node(level%nodes(:, :, :, :, b)) + tool%surface_speed()))
       associate (cells => level%blocks(b)%cells, &
                  near => particles_near(tool, level, level%blocks(b), thickest(level) + reach))
          do n = 1, size(near)
@@ -141,6 +152,16 @@ contains
          end do
       end associate
    end subroutine search
+
+   !> How far before they touch a tool points are candidates: those that the surface below the cells lets
+   !> touch first count too, but not those of a second layer, m.
+   pure real(wp) function width_ahead(self, t, edge) result(width)
+      class(candidates_t), intent(in) :: self
+      integer, intent(in) :: t     !< number of the tool
+      real(wp), intent(in) :: edge !< of the particle, m
+      width = margin*edge
+      if (self%deflected > 0) width = min(width + self%deepest(t), max(width, farthest_ahead*edge))
+   end function width_ahead
 
    !> No node of a tile is faster, m/s.
    pure real(wp) function fastest_node(tile)
@@ -170,6 +191,7 @@ contains
          pressed = any(abs(gaps) > 0.0_wp)
          if (pressed) gaps = 0.0_wp
       end associate
+      if (pressed .and. self%deflected > 0) column(:count, self%deflected:self%deflected + tools - 1) = 0.0_wp
       if (.not. pressed) pressed = any(column(:count, self%pressure) > 0.0_wp &
                                        .or. column(:count, self%earlier) > 0.0_wp)
       if (pressed) then
@@ -180,6 +202,7 @@ contains
          end do
       end if
       if (self%traction > 0) column(:count, self%traction:self%traction + 2) = 0.0_wp
+      if (self%dragged > 0) column(:count, self%dragged:self%dragged + 2) = 0.0_wp
    end subroutine shift_pressure_history
 
    !> Number of particles of a block that a tool pressed in the last step.
@@ -201,47 +224,55 @@ contains
       integer, intent(in) :: number(4) !< of the block, the particle, the bin and the tool
       real(wp), intent(in) :: reach    !< contact points that are further away do not get there, m
       real(wp), intent(inout) :: overlap
-      real(wp) :: edge, gap, drift, normal(3), thickness
-      logical :: carried
+      type(candidate_t) :: new
+      real(wp) :: edge, thickness
+      logical :: held
       integer :: p
       p = number(2)
       associate (column => level%blocks(number(1))%particles%column)
-         call find_gap(tool, level, materials, number(1), p, reach, gap, normal, edge, thickness)
-         if (gap > reach) return
-         overlap = max(overlap, -gap)
-         call carry_on(column(p, self%carried + number(4) - 1), thickness, gap, carried, drift)
-         self%drift = max(self%drift, abs(drift))
-         call self%take(tool, level, time_step, number, gap, carried, drift, normal, edge, thickness)
+         new = no_candidate
+         call find_gap(tool, level, materials, number(1), p, reach, new%gap, new%normal, edge, thickness)
+         if (new%gap > reach) return
+         held = .false.
+         if (self%deflected > 0) then
+            new%deflection = column(p, self%deflected + number(4) - 1)
+            held = column(p, self%pressure) > 0.0_wp
+         end if
+         overlap = max(overlap, -new%gap - new%deflection)
+         call carry_on(column(p, self%carried + number(4) - 1), thickness, held, new%gap, new%carried, &
+                       new%drift)
+         self%drift = max(self%drift, abs(new%drift))
+         call self%take(tool, level, materials, time_step, number, new, edge, thickness)
       end associate
    end subroutine consider
 
    !> The gap of a point that a tool has pressed goes on from where the nodes have left it, for only so do the
    !> forces that hold it do no work of their own (theory.md, eq. carried-gap). It is that of the particle's
    !> place and shape again where the point has come free of the tool by that measure too.
-   pure subroutine carry_on(last, thickness, gap, carried, drift)
+   pure subroutine carry_on(last, thickness, held, gap, carried, drift)
       real(wp), intent(in) :: last      !< gap that the last step has left, m; 0: none
       real(wp), intent(in) :: thickness !< of the particle, m
+      logical, intent(in) :: held       !< it is pressed across an open gap, below the cells
       real(wp), intent(inout) :: gap    !< by place and shape; then the one that counts, m
       logical, intent(out) :: carried
       real(wp), intent(out) :: drift    !< what counts less what was, m
       drift = last - gap
-      carried = abs(last) > 0.0_wp .and. gap <= min(max(overlap_rate*thickness, abs(drift)), &
-                                                    widest_gap*thickness)
+      carried = abs(last) > 0.0_wp .and. gap <= widest_gap*thickness
+      if (.not. held) carried = carried .and. gap <= max(overlap_rate*thickness, abs(drift))
       ! inside when it is met, after a split say: drawn out, not pushed
       if (.not. carried) drift = max(0.0_wp, -gap)
       gap = gap + drift
    end subroutine carry_on
 
    !> Keep a candidate if the free motion would carry its contact point into the tool, or almost.
-   subroutine take(self, tool, level, time_step, number, gap, carried, drift, normal, edge, thickness)
+   subroutine take(self, tool, level, materials, time_step, number, new, edge, thickness)
       class(candidates_t), intent(inout) :: self
       type(tool_t), intent(in) :: tool
       type(level_t), intent(in) :: level
+      type(materials_t), intent(in) :: materials
       real(wp), intent(in) :: time_step
       integer, intent(in) :: number(4)        !< as in consider
-      real(wp), intent(in) :: gap, normal(3)  !< of the contact point
-      logical, intent(in) :: carried          !< the gap is
-      real(wp), intent(in) :: drift           !< of it, m
+      type(candidate_t), intent(in) :: new    !< with its gap and normal
       real(wp), intent(in) :: edge, thickness !< of the particle, m
       real(wp) :: to_face, span(3, 3), position(3)
       integer :: p
@@ -249,14 +280,10 @@ contains
       p = number(2)
       associate (block => level%blocks(number(1)), column => level%blocks(number(1))%particles%column, &
                  at => level%layout, c => self%list(self%count + 1))
-         c = no_candidate
+         c = new
          c%block = number(1)
          c%particle = p
          c%tool = number(4)
-         c%gap = gap
-         c%carried = carried
-         c%drift = drift
-         c%normal = normal
          position = column(p, at%position:at%position + 2)
          if (deform(level)) then
             associate (r => fitted_edges(column(p, :), at, level%grid%cell))
@@ -274,9 +301,14 @@ contains
          c%arm = -to_face*c%normal
          c%speed = dot_product(c%normal, point_velocity(level, c))
          c%opposite = tool%velocity_at(place_of(c))
-         if (c%gap + time_step*(c%speed - dot_product(c%normal, c%opposite)) > margin*edge &
-             .and. .not. carried) return
+         if (c%gap + time_step*(c%speed - dot_product(c%normal, c%opposite)) &
+             > self%width_ahead(c%tool, edge) .and. .not. c%carried) return
          call set_area(c, level, edge, thickness, column(p, at%volume))
+         associate (m => materials%of_body(block%particles%body(p)))
+            if (self%deflected > 0) &
+               c%subcell = self%subcell*subcell_compliance(level%grid%cell, self%modulus(m), width_of(c), &
+                           materials%slots(m)%law%equivalent_plastic_strain(column(p, :)))
+         end associate
          c%mass = column(p, at%mass)
          c%force = expected(column(p, self%pressure), column(p, self%earlier))*c%area
          c%has_friction = has_friction(tool%spec%friction)
@@ -284,6 +316,7 @@ contains
             self%frictional = self%frictional + 1
             c%frictional = self%frictional
             c%last_tangential_force = column(p, self%traction:self%traction + 2)*c%area
+            if (self%dragged > 0) c%shear_deflection = column(p, self%dragged:self%dragged + 2)
             c%tangent = tangents(c%normal)
          end if
          self%count = self%count + 1

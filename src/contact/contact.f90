@@ -17,7 +17,8 @@ module m_contact
    use m_candidates, only: candidates_t
    use m_body_pairs, only: body_pairs_t
    use m_pair_reactions, only: find_slip
-   use m_contact_point, only: candidate_t, point_velocity, width_of, overlap_rate
+   use m_contact_point, only: point_velocity
+   use m_contact_result, only: keep_solution, held_gap
    use m_friction_law, only: has_friction
    use m_friction_limit, only: friction_limit
    use m_friction, only: friction_t
@@ -64,10 +65,8 @@ module m_contact
       procedure, private :: solve
       procedure, private :: pose
       procedure, private :: add_adhesion
-      procedure, private :: keep_solution
       procedure, private :: sweep
       procedure, private :: solve_normal
-      procedure, private :: leave_gap
       procedure :: check_convergence
       procedure, private :: check_solution
       procedure :: make_room
@@ -93,6 +92,8 @@ contains
          self%tools(t) = make_tool(scene%tools(t), reshape([scene%grid%lower, scene%grid%upper], [3, 2]))
       end do
       self%spec = scene%contact
+      self%candidates%subcell = scene%contact%subcell
+      allocate (self%candidates%deepest(size(scene%tools)), source=0.0_wp)
       call self%pairs%build(scene)
       self%friction%present = any(has_friction(scene%tools%friction)) .or. self%pairs%is_frictional()
    end subroutine build
@@ -108,9 +109,16 @@ contains
       if (size(self%tools) == 0) return
       call table%declare('contact_gap', size(self%tools), 'm', written=.false.)
       self%candidates%carried = table%column('contact_gap')
+      if (self%spec%subcell > 0.0_wp) then
+         call table%declare('contact_deflection', size(self%tools), 'm', written=.false.)
+         self%candidates%deflected = table%column('contact_deflection')
+      end if
       if (.not. any(has_friction(self%tools%spec%friction))) return
       call table%declare('contact_friction', 3, 'Pa', written=.true.)
       self%candidates%traction = table%column('contact_friction')
+      if (self%candidates%deflected == 0) return
+      call table%declare('contact_shear_deflection', 3, 'm', written=.false.)
+      self%candidates%dragged = table%column('contact_shear_deflection')
    end subroutine declare
 
    !> True when the scene has tools, or bodies that may meet.
@@ -138,9 +146,10 @@ contains
       call self%candidates%find(self%tools, level, materials, time_step, self%states%overlap)
       if (self%pairs%active()) call self%pairs%find(communicator, level, time, time_step, self%candidates)
       call self%make_room(communicator)
+      if (.not. self%has_problem) self%candidates%deepest = 0.0_wp
       if (self%has_problem) then
          call assemble(self%system, communicator, neighbours, self%tools, self%candidates, level, &
-                       self%spec%compliance, time_step)
+                       self%spec%compliance, time_step, self%candidates%deflected > 0)
          call self%solve(level, time_step, error)
          call check_nodes(self%candidates, self%tools, level, error)
          allocate (forces(self%system%rows))
@@ -195,7 +204,7 @@ contains
       settled = .true.
       self%step_residual = 0.0_wp
       if (self%friction%present) then
-         call self%sweep(level, limit, b, x, settled)
+         call self%sweep(level, time_step, limit, b, x, settled)
       else
          call self%solve_normal(b, x, iterations)
       end if
@@ -203,7 +212,8 @@ contains
       if (.not. (settled .and. self%step_residual <= self%spec%tolerance)) self%unsolved = self%unsolved + 1
       call self%system%multiply(x, w)
       call self%check_solution(level, b, x, w, error)
-      call self%keep_solution(level, time_step, b, x, w)
+      call keep_solution(self%system, self%candidates, level, time_step, b, x, w, &
+                         self%friction%forces_of(self%system), self%worst_bridge)
    end subroutine solve
 
    !> Adhesion bears a tension up to a limit. The unknowns become forces above that limit, which are not below
@@ -245,58 +255,6 @@ contains
          end associate
       end do
    end subroutine pose
-
-   !> What the solution says of the candidates, in their list and in the columns of their particles.
-   subroutine keep_solution(self, level, time_step, b, x, w)
-      class(contact_t), intent(inout) :: self
-      type(level_t), intent(inout) :: level
-      real(wp), intent(in) :: time_step
-      real(wp), intent(in) :: b(:), x(:), w(:) !< right-hand side, solution, product, scaled
-      real(wp) :: gap, strongest
-      integer :: c
-      strongest = self%system%communicator%maximum(maxval([0.0_wp, x*self%system%scale(:size(x))]))
-      do c = 1, size(x)
-         associate (it => self%candidates%list(c), scale => self%system%scale(c), &
-                    first => self%candidates%traction, &
-                    column => level%blocks(self%candidates%list(c)%block)%particles%column)
-            it%force = x(c)*scale - it%adhesive_tension
-            gap = 0.0_wp
-            if (scale > 0.0_wp) gap = max(0.0_wp, (w(c) - b(c))/scale*time_step)
-            if (it%force > 0.0_wp) self%worst_bridge = max(self%worst_bridge, &
-                                                           it%force*gap/(strongest*level%grid%cell))
-            if ((it%force > 0.0_wp .or. it%carried .or. it%partner > 0) .and. scale > 0.0_wp) &
-               call self%leave_gap(level, it, time_step, (w(c) - b(c))/scale)
-            if (it%tool == 0) cycle ! body_pairs keeps it
-            column(it%particle, self%candidates%pressure) = it%force/it%area
-            if (it%frictional > 0) column(it%particle, first:first + 2) = matmul(it%tangent, &
-                  it%tangential_force)/it%area
-         end associate
-      end do
-   end subroutine keep_solution
-
-   !> The gap that the condition holds open: of an overlap no more than is taken back in a step, m.
-   pure real(wp) function held_gap(c)
-      type(candidate_t), intent(in) :: c
-      held_gap = max(c%gap, -overlap_rate*width_of(c))
-   end function held_gap
-
-   !> Where the nodes leave a point that is pressed, or was: its gap is carried on from there.
-   subroutine leave_gap(self, level, c, time_step, speed)
-      class(contact_t), intent(in) :: self
-      type(level_t), intent(inout) :: level
-      type(candidate_t), intent(inout) :: c
-      real(wp), intent(in) :: time_step !< s
-      real(wp), intent(in) :: speed !< at which the gap that is held opens, with what the compliance yields,
-                                    !< m/s
-      c%opening = speed - self%spec%compliance*time_step/c%mass*c%force - held_gap(c)/time_step
-      if (c%tool == 0) return ! faces of bodies are where the material is
-      associate (gap => level%blocks(c%block)%particles%column(c%particle, self%candidates%carried + c%tool &
-            - 1))
-         gap = c%gap + time_step*c%opening
-         if (.not. abs(gap) > 0.0_wp) gap = tiny(gap) ! 0 says that none is carried
-      end associate
-      level%blocks(c%block)%pressed = .true.
-   end subroutine leave_gap
 
    !> The problem of the normal forces, and its share of the statistics.
    subroutine solve_normal(self, b, x, iterations)
@@ -352,9 +310,10 @@ contains
    !> Normal forces with the friction held, and friction with the normal forces held, in turn until the normal
    !> problem is solved with the friction that belongs to it (theory.md, eq. friction-sweeps). On return b
    !> holds what the friction does to it.
-   subroutine sweep(self, level, limit, b, x, settled)
+   subroutine sweep(self, level, time_step, limit, b, x, settled)
       class(contact_t), intent(inout) :: self
       type(level_t), intent(in) :: level
+      real(wp), intent(in) :: time_step !< s
       real(wp), intent(in) :: limit(:) !< of adhesion, scaled: forces are x less this
       real(wp), intent(inout) :: b(:), x(:)
       logical, intent(out) :: settled !< in as many rounds as are allowed
@@ -365,7 +324,7 @@ contains
       rows = self%system%rows
       free = b
       associate (list => self%candidates%list(:n), scale => self%system%scale)
-         call self%friction%begin(self%system, list, level)
+         call self%friction%begin(self%system, list, level, time_step)
          do round = 1, max_sweeps
             call self%system%respond([n + 1, rows], self%friction%force, [1, n], dragged)
             b = free - dragged
@@ -417,7 +376,7 @@ contains
       real(wp) :: velocity(3), spin(3)
       integer(i8) :: candidates
       integer :: t
-      call add_up(communicator, self%reactions, self%states%overlap)
+      call add_up(communicator, self%reactions, self%states%overlap, self%candidates%deepest)
       do t = 1, size(self%tools)
          associate (tool => self%tools(t), now => self%reactions(t))
             velocity = tool%velocity

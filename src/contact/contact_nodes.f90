@@ -38,6 +38,9 @@ module m_contact_nodes
       procedure :: send
       procedure :: add_received
       procedure :: exchange
+      procedure :: add_up
+      procedure :: list_all
+      procedure :: give_back
    end type contact_nodes_t
 
 contains
@@ -260,5 +263,49 @@ contains
       end do
       call MPI_Waitall(size(requests), requests, MPI_STATUSES_IGNORE)
    end subroutine exchange
+
+   !> Collective among neighbours: to values of nodes by this rank's rows, add those by other ranks' rows.
+   subroutine add_up(self, values)
+      class(contact_nodes_t), intent(inout) :: self
+      real(wp), intent(inout), contiguous :: values(:, :) !< (3 or more, nodes)
+      call self%expect()
+      call self%send(values)
+      call self%add_received(values)
+   end subroutine add_up
+
+   !> The nodes of this rank's rows, and of each neighbour rank's: what particles here give to them is then
+   !> given back.
+   subroutine list_all(self, lists)
+      class(contact_nodes_t), intent(in) :: self
+      type(nodal_forces_t), allocatable, intent(out) :: lists(:)
+      integer :: r
+      allocate (lists(size(self%shared) + 1))
+      lists(1)%node = self%grid_node
+      do r = 1, size(self%shared)
+         lists(r + 1)%node = self%shared(r)%theirs
+      end do
+   end subroutine list_all
+
+   !> Collective among neighbours: sums over ranks of what each has for the nodes of the others' rows.
+   subroutine give_back(self, lists, total)
+      class(contact_nodes_t), intent(in) :: self
+      type(nodal_forces_t), intent(in) :: lists(:) !< as of list_all, with values, three a node
+      real(wp), intent(out) :: total(:, :)         !< (3, nodes)
+      real(wp), allocatable :: taken(:, :, :)
+      type(MPI_Request) :: requests(2*size(self%shared))
+      integer :: r
+      allocate (taken(3, self%count, size(self%shared)))
+      do r = 1, size(self%shared)
+         call MPI_Irecv(taken(:, :, r), 3*self%count, MPI_DOUBLE_PRECISION, self%shared(r)%rank, 6, &
+                        self%communicator%comm, requests(2*r - 1))
+         call MPI_Isend(lists(r + 1)%force, size(lists(r + 1)%force), MPI_DOUBLE_PRECISION, &
+                        self%shared(r)%rank, 6, self%communicator%comm, requests(2*r))
+      end do
+      call MPI_Waitall(size(requests), requests, MPI_STATUSES_IGNORE)
+      total = lists(1)%force
+      do r = 1, size(self%shared)
+         total = total + taken(:, :, r)
+      end do
+   end subroutine give_back
 
 end module m_contact_nodes

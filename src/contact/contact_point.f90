@@ -28,6 +28,9 @@ module m_contact_point
       logical :: carried = .false. !< the gap is the one that the nodes have carried on from the last step
                                    !< (eq. carried-gap)
       real(wp) :: allowed = 0.0_wp !< overlap that the gap does not count, m
+      real(wp) :: subcell = 0.0_wp !< compliance of the half-space below a cell under it, m/Pa (eq. subcell)
+      real(wp) :: deflection = 0.0_wp !< by which pressures that vary within a cell press its surface in, m,
+      real(wp) :: shear_deflection(3) = 0.0_wp !< and by which friction drags it along, m
       real(wp) :: drift = 0.0_wp !< that less the gap by the particle's place and shape, m
       real(wp) :: speed = 0.0_wp !< of its contact point along the normal as the nodes have it without
                                  !< contact, m/s

@@ -12,6 +12,7 @@ module m_contact_rows
    use m_candidates, only: candidates_t
    use m_contact_nodes, only: nodal_forces_t
    use m_contact_system, only: contact_system_t
+   use m_subcell, only: set_subcell
    implicit none
    private
    public :: assemble, move_nodes, places_of, masses_of, inside_of
@@ -31,7 +32,8 @@ contains
 
    !> Collective among neighbours: the operator of a step's candidates: a row for each normal force, then two
    !> for each friction.
-   subroutine assemble(system, communicator, neighbours, tools, candidates, level, softness, time_step)
+   subroutine assemble(system, communicator, neighbours, tools, candidates, level, softness, time_step, &
+                       subcell)
       type(contact_system_t), intent(inout) :: system
       type(communicator_t), intent(in) :: communicator
       integer, intent(in) :: neighbours(:)             !< ranks with which this one shares nodes, rising
@@ -40,7 +42,8 @@ contains
       type(level_t), intent(in) :: level
       real(wp), intent(in) :: softness                 !< of the normal forces, in the mobilities of particles
       real(wp), intent(in) :: time_step                !< s
-      real(wp) :: compliance(candidates%count + 2*candidates%frictional)
+      logical, intent(in) :: subcell                   !< the half-space gives way below cells (eq. subcell)
+      real(wp), dimension(candidates%count + 2*candidates%frictional) :: below, compliance
       integer :: c, n, place(0:2, 3), t
       logical, allocatable :: done(:)
       associate (list => candidates%list(:candidates%count))
@@ -75,7 +78,11 @@ contains
          end do
       end associate
       call system%nodes%connect(communicator, neighbours)
-      call system%set_scale(compliance)
+      system%has_subcell = subcell
+      below = 0.0_wp
+      if (subcell) call set_subcell(system, level, candidates%list(:candidates%count), time_step, &
+                                    compliance, below)
+      call system%set_scale(compliance, below)
       call system%pair_scales(candidates%count + 1)
       call system%group_rows()
    contains

@@ -47,6 +47,10 @@ module m_contact_system
       real(wp), allocatable :: force(:, :) !< (4, nodes): work, forces and then the velocities that they make
       real(wp), allocatable :: scale(:)          !< (rows): makes the diagonal 1
       real(wp), allocatable :: softness(:)       !< (rows): what the compliance adds to the diagonal
+      logical :: has_subcell = .false.           !< the half-space gives way below a cell (eq. subcell):
+      real(wp), allocatable :: subcell_rows(:)   !< (rows): c h/(E* A dt), s/kg, on the diagonal; and
+      real(wp), allocatable :: subcell_nodes(:, :) !< (4, nodes): c h/(E* a dt), s/kg, taken off mobilities;
+                                                   !< 0 for held components
    contains
       procedure :: begin
       procedure :: activate
@@ -197,10 +201,11 @@ contains
       call self%nodes%number_all(self%place(:, :, :self%parts), last, self%field(:self%parts), self%node)
       if (allocated(self%force)) then
          if (size(self%force, 2) >= self%nodes%count) return
-         deallocate (self%force, self%mobility)
+         deallocate (self%force, self%mobility, self%subcell_nodes)
       end if
       associate (room => self%nodes%count + self%nodes%count/2)
-         allocate (self%force(width, room), self%mobility(width, room), source=0.0_wp)
+         allocate (self%force(width, room), self%mobility(width, room), self%subcell_nodes(width, room), &
+                   source=0.0_wp)
       end associate
    end subroutine number_nodes
 
@@ -381,9 +386,10 @@ contains
    end subroutine add_tools
 
    !> Scale unknowns so that the diagonal is 1 before the compliance is added; needs numbers and mobilities.
-   subroutine set_scale(self, compliance)
+   subroutine set_scale(self, compliance, below)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in) :: compliance(:) !< (rows): of each contact point, s/kg
+      real(wp), intent(in) :: below(:)      !< (rows): what the half-space below the cells adds, s/kg
       real(wp) :: diagonal(self%rows)
       integer :: c, k, n, s
       if (allocated(self%scale)) then
@@ -405,9 +411,13 @@ contains
             end do
          end associate
          self%scale(c) = 0.0_wp
-         if (diagonal(c) > 0.0_wp) self%scale(c) = 1.0_wp/sqrt(diagonal(c))
+         if (diagonal(c) > 0.0_wp) self%scale(c) = 1.0_wp/sqrt(diagonal(c) + below(c))
          self%softness(c) = compliance(c)*self%scale(c)**2
       end do
+      if (.not. self%has_subcell) return
+      associate (last => self%nodes%count)
+         self%mobility(:, :last) = self%mobility(:, :last) - self%subcell_nodes(:, :last)
+      end associate
    end subroutine set_scale
 
    !> Give the rows from `first` on, two by two, one scale: what is round stays round.

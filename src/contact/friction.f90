@@ -27,16 +27,18 @@ module m_friction
       procedure :: begin
       procedure :: solve
       procedure :: hand_out
+      procedure :: forces_of
    end type friction_t
 
 contains
 
    !> Start from the friction of the last step. The rows of the system have been scaled.
-   subroutine begin(self, system, list, level)
+   subroutine begin(self, system, list, level, time_step)
       class(friction_t), intent(inout) :: self
       type(contact_system_t), intent(in) :: system
       type(candidate_t), intent(in) :: list(:)
       type(level_t), intent(in) :: level
+      real(wp), intent(in) :: time_step !< s
       real(wp) :: velocity(3)
       integer :: c, k, n, r
       n = size(list)
@@ -54,7 +56,29 @@ contains
          end do
       end do
       self%memory = system%softness(n + 1:system%rows)*self%force
+      if (system%has_subcell) call remember_deflection(self, system, list, time_step)
    end subroutine begin
+
+   !> What the surface gives way by below the cells it remembers as a deflection, not by the force of the
+   !> point alone.
+   subroutine remember_deflection(self, system, list, time_step)
+      type(friction_t), intent(inout) :: self
+      type(contact_system_t), intent(in) :: system
+      type(candidate_t), intent(in) :: list(:)
+      real(wp), intent(in) :: time_step !< s
+      integer :: c, k, n, r
+      n = size(list)
+      do c = 1, n
+         if (list(c)%frictional == 0) cycle
+         do k = 1, 2
+            r = 2*list(c)%frictional - 2 + k
+            associate (scale => system%scale(n + r))
+               self%memory(r) = self%memory(r) - system%subcell_rows(n + r)*scale**2*self%force(r) &
+                                + dot_product(list(c)%tangent(:, k), list(c)%shear_deflection)*scale/time_step
+            end associate
+         end do
+      end do
+   end subroutine remember_deflection
 
    !> Collective: the friction that belongs to given normal forces. Its rows are the active ones.
    subroutine solve(self, system, radius, pushed, tolerance, limit, residual)
@@ -130,5 +154,14 @@ contains
                - 1:size(list) + r)
       end do
    end subroutine hand_out
+
+   !> The friction of a system's rows, scaled; none where no tool has any.
+   pure function forces_of(self, system) result(forces)
+      class(friction_t), intent(in) :: self
+      type(contact_system_t), intent(in) :: system
+      real(wp) :: forces(system%rows - system%normal)
+      forces = 0.0_wp
+      if (size(forces) > 0) forces = self%force
+   end function forces_of
 
 end module m_friction

@@ -27,6 +27,8 @@ module m_tool_reactions
       real(wp) :: particle_work = 0.0_wp !< done on the particles by their own motion since the start, J: work
                                          !< less heat
       real(wp) :: impulse(3) = 0.0_wp   !< given to the bodies since the start, N s
+      real(wp) :: stored = 0.0_wp       !< elastic energy that the bodies keep below the cells under it, J:
+      real(wp) :: stored_shear = 0.0_wp !< and of that what friction has put there, J
    contains
       procedure :: accumulate
    end type tool_state_t
@@ -42,6 +44,8 @@ module m_tool_reactions
       real(wp) :: heat = 0.0_wp            !< J
       real(wp) :: particle_work = 0.0_wp   !< J
       real(wp) :: constraint_work = 0.0_wp !< J
+      real(wp) :: stored = 0.0_wp          !< J
+      real(wp) :: stored_shear = 0.0_wp    !< J
       real(wp) :: candidates = 0.0_wp      !< how many
    end type reaction_t
 
@@ -67,11 +71,13 @@ contains
             sums%moment = sums%moment - it%force*cross(arm, it%normal)
             sums%candidates = sums%candidates + 1.0_wp
             sums%constraint_work = sums%constraint_work + time_step*it%force*it%opening
+            sums%stored = sums%stored + 0.5_wp*it%force*it%deflection
             if (it%frictional == 0) cycle
             tangential = matmul(it%tangent, it%tangential_force)
             sums%load = sums%load - tangential
             sums%friction_force = sums%friction_force + tangential
             sums%rub_moment = sums%rub_moment + cross(arm, tangential)
+            sums%stored_shear = sums%stored_shear + 0.5_wp*dot_product(tangential, it%shear_deflection)
             sums%moment = sums%moment - cross(arm, tangential)
             sums%heat = sums%heat - time_step*dot_product(tangential, point_velocity(level, it) &
                                                           - tool_velocity(tools, it))
@@ -115,15 +121,19 @@ contains
       end do
    end subroutine add_particle_work
 
-   !> Collective: reactions of all ranks, and the deepest overlaps.
-   subroutine add_up(communicator, reactions, overlap)
+   !> Collective: reactions of all ranks, the deepest overlaps, and the largest deflections below the cells.
+   subroutine add_up(communicator, reactions, overlap, deepest)
       type(communicator_t), intent(in) :: communicator
       type(reaction_t), intent(inout), contiguous :: reactions(:) !< (tools)
-      real(wp), intent(inout), contiguous :: overlap(:)           !< (tools), m
+      real(wp), intent(inout) :: overlap(:), deepest(:) !< (tools), m
+      real(wp) :: both(size(overlap), 2)
       call MPI_Allreduce(MPI_IN_PLACE, reactions, reaction_reals*size(reactions), MPI_DOUBLE_PRECISION, &
                          MPI_SUM, communicator%comm)
-      call MPI_Allreduce(MPI_IN_PLACE, overlap, size(overlap), MPI_DOUBLE_PRECISION, MPI_MAX, &
-                         communicator%comm)
+      both(:, 1) = overlap
+      both(:, 2) = deepest
+      call MPI_Allreduce(MPI_IN_PLACE, both, size(both), MPI_DOUBLE_PRECISION, MPI_MAX, communicator%comm)
+      overlap = both(:, 1)
+      deepest = both(:, 2)
    end subroutine add_up
 
    !> Book the reaction of a step, of all ranks, on a tool that has given way to it.
@@ -139,7 +149,10 @@ contains
                   + time_step*(dot_product(reaction%friction_force, velocity_change) &
                                + dot_product(reaction%rub_moment, spin_change))
       self%particle_work = self%particle_work + reaction%particle_work
-      self%constraint_work = self%constraint_work + reaction%constraint_work
+      self%constraint_work = self%constraint_work + reaction%constraint_work + (reaction%stored - self%stored)
+      self%heat = self%heat - (reaction%stored_shear - self%stored_shear)
+      self%stored = reaction%stored
+      self%stored_shear = reaction%stored_shear
       self%work = self%work - time_step*dot_product(self%load, tool%velocity)
       if (tool%pivot > 0) self%work = self%work - time_step*dot_product(self%moment, tool%spin)
       self%impulse = self%impulse - time_step*self%load

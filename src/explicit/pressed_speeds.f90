@@ -47,7 +47,7 @@ contains
          end associate
       end do
       call assemble(contact%system, communicator, neighbours, contact%tools, contact%candidates, level, &
-                    contact%spec%compliance, time_step)
+                    contact%spec%compliance, time_step, subcell=.false.)
    end subroutine find_pressed
 
    !> Collective: the smallest change of the nodes' velocities with which pressed points have theirs.

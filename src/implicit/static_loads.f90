@@ -113,7 +113,9 @@ contains
       reactions = reaction_t()
       model%contact%states%overlap = 0.0_wp
       call gather(contact, model, reactions)
-      call add_up(model%communicator, reactions, model%contact%states%overlap)
+      model%contact%candidates%deepest = 0.0_wp
+      call add_up(model%communicator, reactions, model%contact%states%overlap, &
+                  model%contact%candidates%deepest)
       do t = 1, size(reactions)
          associate (tool => model%contact%tools(t), state => model%contact%states(t))
             load = state%load
@@ -180,6 +182,9 @@ contains
                block%particles%column(:last, at%earlier) = block%particles%column(:last, at%pressure)
                block%particles%column(:last, at%pressure) = 0.0_wp
                block%particles%column(:last, at%carried:at%carried + tools - 1) = 0.0_wp
+               if (at%deflected > 0) &
+                  block%particles%column(:last, at%deflected:at%deflected + tools - 1) = 0.0_wp
+               if (at%dragged > 0) block%particles%column(:last, at%dragged:at%dragged + 2) = 0.0_wp
                if (at%traction > 0) &
                   block%particles%column(:last, at%traction:at%traction + 2) = 0.0_wp
             end associate

@@ -14,7 +14,7 @@ module m_energy
    type :: sums_t
       real(wp) :: mass = 0.0_wp               !< kg
       real(wp) :: kinetic = 0.0_wp !< with the motion within particles that they carry gradients of, J
-      real(wp) :: strain = 0.0_wp             !< J
+      real(wp) :: strain = 0.0_wp             !< with what contact stores below the cells, J
       real(wp) :: plastic = 0.0_wp            !< plastic work since the start, J
       real(wp) :: momentum(3) = 0.0_wp        !< kg m/s
       real(wp) :: angular_momentum(3) = 0.0_wp !< the same, kg m2/s about the origin
@@ -77,6 +77,9 @@ contains
       do b = 1, size(parts, 2)
          total = total + parts(:, b)
       end do
+      associate (states => model%contact%states)
+         if (size(states) > 0) total(3) = total(3) + sum(states%stored + states%stored_shear)
+      end associate
       sums = sums_t(total(1), total(2), total(3), total(4), total(5:7), total(8:10), total(11), total(12))
    end function measure
 
@@ -220,7 +223,8 @@ contains
          self%effects_apart = by_effects - (self%start%potential - self%now%potential) &
                               - sum(model%effect_step%particle_work) - accumulated(3)
       associate (states => model%contact%states)
-         if (model%contact%followed) self%tools_apart = sum(states%work - states%heat - states%particle_work)
+         if (model%contact%followed) self%tools_apart = sum(states%work - states%heat - states%stored &
+                                                            - states%stored_shear - states%particle_work)
       end associate
       self%worst_of_effects = max(self%worst_of_effects, abs(self%effects_apart))
       self%worst_of_tools = max(self%worst_of_tools, abs(self%tools_apart))

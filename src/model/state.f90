@@ -19,7 +19,7 @@ module m_state
    private
    public :: describe_state, block_state, set_block_state, regions_of, set_regions
 
-   integer, parameter, public :: state_format = 10 !< of checkpoints
+   integer, parameter, public :: state_format = 11 !< of checkpoints
    integer, parameter, public :: block_reals = 13  !< of each block
    integer, parameter :: sums = 12
 
@@ -111,7 +111,7 @@ contains
       type(error_t), intent(inout) :: error
       real(wp) :: worst(5)
       associate (contact => model%contact)
-         call describe_tools(store, contact%tools, contact%states, error)
+         call describe_tools(store, contact%tools, contact%states, contact%candidates%deepest, error)
          call describe_freedoms(store, contact%tools, error)
          call describe_pairs(store, contact%pairs, error)
          worst = [contact%worst_residual, contact%worst_overlap, &
@@ -126,19 +126,20 @@ contains
       end associate
    end subroutine describe_contact
 
-   subroutine describe_tools(store, tools, states, error)
+   subroutine describe_tools(store, tools, states, deepest, error)
       class(state_store_t), intent(inout) :: store
       type(tool_t), intent(inout) :: tools(:)
       type(tool_state_t), intent(inout) :: states(:)
+      real(wp), intent(inout) :: deepest(:) !< (tools): deflections below the cells, m
       type(error_t), intent(inout) :: error
-      real(wp) :: values(16, max(1, size(tools))) ! a row even where bodies meet alone
+      real(wp) :: values(19, max(1, size(tools))) ! a row even where bodies meet alone
       integer :: t
       values = 0.0_wp
       do t = 1, size(tools)
          associate (freedom => tools(t)%freedoms(1), state => states(t))
             values(:, t) = [freedom%travel, freedom%speed, state%load, state%moment, state%overlap, &
                             state%work, state%heat, state%constraint_work, state%particle_work, &
-                            state%impulse]
+                            state%impulse, state%stored, state%stored_shear, deepest(t)]
          end associate
       end do
       call store%reals('/state/tools', values, error)
@@ -146,7 +147,8 @@ contains
          associate (freedom => tools(t)%freedoms(1), v => values(:, t))
             freedom%travel = v(1)
             freedom%speed = v(2)
-            states(t) = tool_state_t(v(3:5), v(6:8), v(9), v(10), v(11), v(12), v(13), v(14:16))
+            states(t) = tool_state_t(v(3:5), v(6:8), v(9), v(10), v(11), v(12), v(13), v(14:16), v(17), v(18))
+            deepest(t) = v(19)
          end associate
       end do
    end subroutine describe_tools

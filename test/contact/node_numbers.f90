@@ -96,7 +96,7 @@ contains
       end do
       call system%number_nodes(size(points))
       system%mobility(:3, :system%nodes%count) = mobility
-      call system%set_scale(spread(0.0_wp, 1, size(points)))
+      call system%set_scale(spread(0.0_wp, 1, size(points)), spread(0.0_wp, 1, size(points)))
       call system%group_rows()
    end subroutine fill
 

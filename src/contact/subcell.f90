@@ -1,0 +1,138 @@
+!> The compliance of the half-space below a cell (theory.md, eq. subcell): the surface of a grid cannot bend
+!> within a cell, so that pressures which vary there deflect nothing. Here is what a step's contact points and
+!> nodes have of the term, and what it makes of their forces.
+module m_subcell
+   use m_kinds, only: wp
+   use m_level, only: level_t
+   use m_boundary, only: held_components
+   use m_contact_point, only: candidate_t
+   use m_contact_system, only: contact_system_t
+   use m_surface_area, only: find_surface_area
+   implicit none
+   private
+   public :: set_subcell, find_deflection
+
+   real(wp), parameter :: counted_area = 0.9_wp !< of a node's surface, by its particles: what counts beyond
+                                                !< the contact's rim
+   real(wp), parameter :: beside_subcell = 0.1_wp !< of the compliance of points that the term makes unique
+
+contains
+
+   !> Collective among neighbours: the term of a step's rows and nodes, when those have numbers and know of
+   !> other ranks'. A node's area is that which the points on it stand for, or what its particles show of
+   !> surface to the tool if that is more; its modulus is the mean of the points'. The term only takes energy.
+   subroutine set_subcell(system, level, list, time_step, compliance, below)
+      type(contact_system_t), intent(inout) :: system
+      type(level_t), intent(in) :: level
+      type(candidate_t), intent(in) :: list(:)
+      real(wp), intent(in) :: time_step !< s
+      real(wp), intent(inout) :: compliance(:) !< (rows): of points, s/kg
+      real(wp), intent(inout) :: below(:)      !< (rows): the term's share of the diagonal, s/kg
+      real(wp), dimension(3, system%nodes%count) :: normal, sums, surface
+      real(wp) :: area, of_node(system%nodes%count), way(4)
+      logical :: held(3)
+      integer :: c, n, s
+      call add_up_points(system, list, normal, sums)
+      call find_surface_area(level, system%nodes, surface)
+      do n = 1, system%nodes%count
+         system%subcell_nodes(:, n) = 0.0_wp
+         of_node(n) = 0.0_wp
+         if (.not. sums(1, n) > 0.0_wp .or. sums(3, n) > 0.0_wp) cycle
+         held = held_components(level%grid, system%nodes%place_of(system%nodes%grid_node(n)))
+         where (held) normal(:, n) = 0.0_wp ! across a symmetry plane the mirror image has the opposite
+         area = -dot_product(normal(:, n), surface(:, n))/max(norm2(normal(:, n)), tiny(area))
+         area = max(sums(1, n), counted_area*area)
+         of_node(n) = sums(1, n)/(sums(2, n)*time_step)
+         system%subcell_nodes(:3, n) = merge(0.0_wp, of_node(n)/area, held)
+      end do
+      call set_rows(system, list, of_node)
+      below = system%subcell_rows
+      do n = 1, system%parts
+         c = system%row(n)
+         do s = system%begins(n), system%begins(n + 1) - 1
+            way = system%direction(:, n)**2*system%subcell_nodes(:, system%node(s))
+            below(c) = below(c) - system%weight(s)**2*sum(way)
+         end do
+      end do
+      below = max(0.0_wp, below)
+      where (system%subcell_rows > 0.0_wp) compliance = beside_subcell*compliance
+      compliance = compliance + system%subcell_rows
+   end subroutine set_subcell
+
+   !> A point has the compliance of its nodes, by their weights: one pressure everywhere then deflects
+   !> nothing, whatever materials meet there.
+   subroutine set_rows(system, list, of_node)
+      type(contact_system_t), intent(inout) :: system
+      type(candidate_t), intent(in) :: list(:)
+      real(wp), intent(in) :: of_node(:) !< (nodes): over the time step, m/(Pa s)
+      integer :: c, n, s
+      if (allocated(system%subcell_rows)) deallocate (system%subcell_rows)
+      allocate (system%subcell_rows(system%rows), source=0.0_wp)
+      do n = 1, system%parts
+         c = system%row(n)
+         if (c > size(list)) exit
+         do s = system%begins(n), system%begins(n + 1) - 1
+            system%subcell_rows(c) = system%subcell_rows(c) + system%weight(s)*of_node(system%node(s))
+         end do
+      end do
+      system%subcell_rows(:size(list)) = system%subcell_rows(:size(list))/list%area
+      do c = 1, size(list)
+         n = size(list) + 2*list(c)%frictional
+         if (list(c)%frictional > 0) system%subcell_rows(n - 1:n) = system%subcell_rows(c)
+      end do
+   end subroutine set_rows
+
+   !> Collective among neighbours: how far the forces of all rows press the surface in below the cells, or
+   !> drag it along there, in the directions of the rows, m.
+   subroutine find_deflection(system, forces, time_step, deflection)
+      type(contact_system_t), intent(inout) :: system
+      real(wp), intent(in), contiguous :: forces(:)      !< (rows), scaled
+      real(wp), intent(in) :: time_step                  !< s
+      real(wp), intent(out), contiguous :: deflection(:) !< (rows)
+      deflection = 0.0_wp
+      if (.not. system%has_subcell) return
+      system%products = system%products + 1
+      associate (nodes => system%nodes%count, n => system%normal, scale => system%scale(:system%rows))
+         system%force(:, :nodes) = 0.0_wp
+         call system%normal_rows%spread(forces(:n), system%force)
+         call system%friction_rows%spread(forces(n + 1:), system%force)
+         call system%nodes%add_up(system%force)
+         system%force(:, :nodes) = system%subcell_nodes(:, :nodes)*system%force(:, :nodes)
+         call system%normal_rows%collect(system%force, deflection(:n))
+         call system%friction_rows%collect(system%force, deflection(n + 1:))
+         where (scale > 0.0_wp)
+            deflection = time_step*(system%subcell_rows*scale*forces - deflection/scale)
+         elsewhere
+            deflection = 0.0_wp
+         end where
+      end associate
+   end subroutine find_deflection
+
+   !> Collective among neighbours: areas of points by their weights on nodes: times the normal; alone, over
+   !> the compliance, and of points without any.
+   subroutine add_up_points(system, list, normal, sums)
+      type(contact_system_t), intent(inout) :: system
+      type(candidate_t), intent(in) :: list(:)
+      real(wp), intent(out) :: normal(:, :), sums(:, :) !< (3, nodes): m2; m2, N/m and m2
+      real(wp) :: share(3), area
+      integer :: c, n, s
+      normal = 0.0_wp
+      sums = 0.0_wp
+      do n = 1, system%parts
+         c = system%row(n)
+         if (c > size(list)) exit
+         share = [1.0_wp, 0.0_wp, 1.0_wp]
+         if (list(c)%subcell > 0.0_wp) share = [1.0_wp, 1.0_wp/list(c)%subcell, 0.0_wp]
+         do s = system%begins(n), system%begins(n + 1) - 1
+            area = system%weight(s)*list(c)%area
+            associate (node => system%node(s))
+               normal(:, node) = normal(:, node) + area*system%direction(:3, n)
+               sums(:, node) = sums(:, node) + area*share
+            end associate
+         end do
+      end do
+      call system%nodes%add_up(normal)
+      call system%nodes%add_up(sums)
+   end subroutine add_up_points
+
+end module m_subcell

@@ -1,0 +1,50 @@
+!> The elastic modulus of the half-space below a contact point, and how far it gives way to pressures that
+!> vary within a cell (theory.md, eqs subcell, half-space).
+module m_subcell_modulus
+   use m_kinds, only: wp
+   use m_material, only: material_t
+   implicit none
+   private
+   public :: half_space_modulus, subcell_compliance
+
+   real(wp), parameter :: narrow_face = 0.6_wp  !< faces up to this width, in cells, have the whole term
+   real(wp), parameter :: wide_face = 0.9_wp    !< those from this width on none: one point a cell says
+                                                !< nothing of what varies within it
+   real(wp), parameter :: has_flowed = 0.01_wp  !< plastic strain from which on there is none
+
+contains
+
+   !> E/(1 - nu^2) of a half-space, by the moduli of plane waves and of shear, Pa; 0 of what bears no shear.
+   pure real(wp) function half_space_modulus(law) result(modulus)
+      class(material_t), intent(in) :: law
+      real(wp) :: shear, shear_energy, stress(6), wave
+      integer :: k
+      shear_energy = 0.0_wp
+      do k = 4, 6
+         stress = 0.0_wp
+         stress(k) = 1.0_wp
+         shear_energy = shear_energy + law%complementary_energy(stress)/3.0_wp
+      end do
+      modulus = 0.0_wp
+      if (.not. shear_energy > 0.0_wp) return
+      shear = 0.5_wp/shear_energy
+      wave = law%p_wave_modulus()
+      if (wave > shear) modulus = 4.0_wp*shear*(wave - shear)/wave
+   end function half_space_modulus
+
+   !> How far a unit of pressure that varies within a cell presses the surface in, for a factor of 1, m/Pa:
+   !> the cell over the modulus; less with faces that are as wide as a cell, and none of what has flowed.
+   pure real(wp) function subcell_compliance(cell, modulus, face, plastic_strain) result(compliance)
+      real(wp), intent(in) :: cell    !< m
+      real(wp), intent(in) :: modulus !< of the half-space, Pa
+      real(wp), intent(in) :: face    !< width, m
+      real(wp), intent(in) :: plastic_strain
+      real(wp) :: elastic, narrow
+      compliance = 0.0_wp
+      if (.not. modulus > 0.0_wp) return
+      narrow = max(0.0_wp, min(1.0_wp, (wide_face - face/cell)/(wide_face - narrow_face)))
+      elastic = max(0.0_wp, 1.0_wp - plastic_strain/has_flowed)
+      compliance = cell/modulus*narrow*elastic
+   end function subcell_compliance
+
+end module m_subcell_modulus
