@@ -79,7 +79,7 @@ ON_FORCES = {"P2G": EACH, "nodes": EACH}  # so does P2G; its work is measured
 PATCH = ({"pressure_area_1": 3, "pressure_arm_1": 3}, ON_FORCES | {"pressure": 2 * EACH}, {"pressure": 48})
 # the gradient only where transfer does not keep it anyway
 LOCKING_FIELDS = {"pressure_shift": 1, "kept_gradient": 9}
-TOUCH = {"contact_pressure": 1, "last_contact_pressure": 1, "contact_gap": 1}
+TOUCH = {"contact_pressure": 1, "last_contact_pressure": 1, "contact_gap": 1, "contact_deflection": 1}
 FLOW = {"plastic_strain": 1, "plastic_work": 1}
 LATTICE = {"elastic_stretch": 6, "orientation": 4}
 SLIP = {"first_orientation": 4, "lattice_rotation": 1, "slip": 1, "slip_resistance": 12}
@@ -179,13 +179,13 @@ CASES = [
         {"gravity": 0, "damping": 8, "pressure": 48, "bulk_viscosity": 16, "anti_locking": 80},
     ),
     ("probe", {"groups": PROBE}, {}, {}, {"probes": 0}, {"probe_one.dat"}),
-    ("tool", {"groups": TOOL}, TOUCH, {"contact": STEPS}, {"tool contact": 24}, {"tool_ball.dat"}),
+    ("tool", {"groups": TOOL}, TOUCH, {"contact": STEPS}, {"tool contact": 32}, {"tool_ball.dat"}),
     (
         "tool_with_friction",
         {"groups": TOOL.replace(" /", ", friction=0.2 /")},
-        TOUCH | {"contact_friction": 3},
+        TOUCH | {"contact_friction": 3, "contact_shear_deflection": 3},
         {"contact": STEPS},
-        {"tool contact": 24, "friction": 24},
+        {"tool contact": 32, "friction": 48},
         {"tool_ball.dat"},
     ),
     (
@@ -193,7 +193,7 @@ CASES = [
         {"groups": TOOL + NO_LOCKING, "law": J2},
         FLOW | TOUCH | {"left_cauchy_green": 6},
         {"contact": STEPS},
-        {"tool contact": 24},
+        {"tool contact": 32},
         {"tool_ball.dat"},
     ),
 ]
