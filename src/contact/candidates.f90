@@ -306,8 +306,7 @@ contains
          call set_area(c, level, edge, thickness, column(p, at%volume))
          associate (m => materials%of_body(block%particles%body(p)))
             if (self%deflected > 0) &
-               c%subcell = self%subcell*subcell_compliance(level%grid%cell, self%modulus(m), width_of(c), &
-                           materials%slots(m)%law%equivalent_plastic_strain(column(p, :)))
+               c%subcell = self%subcell*subcell_compliance(level%grid%cell, self%modulus(m), width_of(c))
          end associate
          c%mass = column(p, at%mass)
          c%force = expected(column(p, self%pressure), column(p, self%earlier))*c%area

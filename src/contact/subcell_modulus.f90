@@ -10,11 +10,12 @@ module m_subcell_modulus
    real(wp), parameter :: narrow_face = 0.6_wp  !< faces up to this width, in cells, have the whole term
    real(wp), parameter :: wide_face = 0.9_wp    !< those from this width on none: one point a cell says
                                                 !< nothing of what varies within it
-   real(wp), parameter :: has_flowed = 0.01_wp  !< plastic strain from which on there is none
 
 contains
 
-   !> E/(1 - nu^2) of a half-space, by the moduli of plane waves and of shear, Pa; 0 of what bears no shear.
+   !> E/(1 - nu^2) of a half-space, by the moduli of plane waves and of shear, Pa; 0 of what bears no shear,
+   !> and of what may flow: what the flowing layer yields is not known, and a compliance that goes while it is
+   !> pressed would give energy.
    pure real(wp) function half_space_modulus(law) result(modulus)
       class(material_t), intent(in) :: law
       real(wp) :: shear, shear_energy, stress(6), wave
@@ -26,25 +27,23 @@ contains
          shear_energy = shear_energy + law%complementary_energy(stress)/3.0_wp
       end do
       modulus = 0.0_wp
-      if (.not. shear_energy > 0.0_wp) return
+      if (law%may_flow() .or. .not. shear_energy > 0.0_wp) return
       shear = 0.5_wp/shear_energy
       wave = law%p_wave_modulus()
       if (wave > shear) modulus = 4.0_wp*shear*(wave - shear)/wave
    end function half_space_modulus
 
    !> How far a unit of pressure that varies within a cell presses the surface in, for a factor of 1, m/Pa:
-   !> the cell over the modulus; less with faces that are as wide as a cell, and none of what has flowed.
-   pure real(wp) function subcell_compliance(cell, modulus, face, plastic_strain) result(compliance)
+   !> the cell over the modulus; less with faces that are as wide as a cell.
+   pure real(wp) function subcell_compliance(cell, modulus, face) result(compliance)
       real(wp), intent(in) :: cell    !< m
       real(wp), intent(in) :: modulus !< of the half-space, Pa
       real(wp), intent(in) :: face    !< width, m
-      real(wp), intent(in) :: plastic_strain
-      real(wp) :: elastic, narrow
+      real(wp) :: narrow
       compliance = 0.0_wp
       if (.not. modulus > 0.0_wp) return
       narrow = max(0.0_wp, min(1.0_wp, (wide_face - face/cell)/(wide_face - narrow_face)))
-      elastic = max(0.0_wp, 1.0_wp - plastic_strain/has_flowed)
-      compliance = cell/modulus*narrow*elastic
+      compliance = cell/modulus*narrow
    end function subcell_compliance
 
 end module m_subcell_modulus

@@ -43,6 +43,7 @@ module m_crystal
       procedure :: update
       procedure :: plastic_energy
       procedure :: equivalent_plastic_strain
+      procedure :: may_flow
       procedure :: stretch
       procedure :: default_effect
       procedure :: fault_text
@@ -245,5 +246,10 @@ contains
       text = ': no slip was found that agrees with its stress, within '//to_text(iteration_limit)// &
              ' iterations and in '//to_text(max_parts)//' parts of the step; try a smaller safety'
    end function fault_text
+
+   pure logical function may_flow(self)
+      class(crystal_t), intent(in) :: self
+      may_flow = .true.
+   end function may_flow
 
 end module m_crystal

@@ -36,6 +36,7 @@ module m_drucker_prager
       procedure :: update
       procedure :: plastic_energy
       procedure :: equivalent_plastic_strain
+      procedure :: may_flow
       procedure :: stretch
       procedure :: for_large_strains
       procedure :: default_effect
@@ -269,5 +270,10 @@ contains
       stretch = huge(1.0_wp)
       if (self%shape > 0) stretch = shape_stretch(values(self%shape:self%shape + 5), direction)
    end function stretch
+
+   pure logical function may_flow(self)
+      class(drucker_prager_t), intent(in) :: self
+      may_flow = .true.
+   end function may_flow
 
 end module m_drucker_prager

@@ -27,6 +27,7 @@ module m_material
       procedure :: is_at_rest
       procedure :: plastic_energy
       procedure :: equivalent_plastic_strain
+      procedure :: may_flow
       procedure :: von_mises_modulus
       procedure :: present_modulus
       procedure :: energy_of_stress
@@ -168,6 +169,12 @@ contains
       type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: heat         !< J
    end subroutine take_heat
+
+   !> True of a law whose particles may flow.
+   pure logical function may_flow(self)
+      class(material_t), intent(in) :: self
+      may_flow = .false.
+   end function may_flow
 
    !> Of a particle; a law without plastic flow has none.
    pure real(wp) function equivalent_plastic_strain(self, values) result(strain)

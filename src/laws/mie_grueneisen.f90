@@ -40,6 +40,7 @@ module m_mie_grueneisen
       procedure :: strain_energy
       procedure :: plastic_energy
       procedure :: equivalent_plastic_strain
+      procedure :: may_flow
       procedure :: stretch
       procedure :: for_large_strains
       procedure :: default_effect
@@ -354,5 +355,10 @@ contains
          if (self%johnson_cook%shape > 0) stretch = self%johnson_cook%stretch(values, layout, direction)
       end if
    end function stretch
+
+   pure logical function may_flow(self)
+      class(mie_grueneisen_t), intent(in) :: self
+      may_flow = .true.
+   end function may_flow
 
 end module m_mie_grueneisen

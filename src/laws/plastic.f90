@@ -33,6 +33,7 @@ module m_plastic
       procedure :: update => update_plastic
       procedure :: plastic_energy
       procedure :: equivalent_plastic_strain
+      procedure :: may_flow
       procedure :: stretch
       procedure :: max_stretch
       procedure :: for_large_strains
@@ -246,5 +247,10 @@ contains
       real(wp), intent(in) :: b(6), n(3)
       shape_stretch = sqrt(sum(b(1:3)*n**2) + 2.0_wp*(b(4)*n(2)*n(3) + b(5)*n(1)*n(3) + b(6)*n(1)*n(2)))
    end function shape_stretch
+
+   pure logical function may_flow(self)
+      class(plastic_t), intent(in) :: self
+      may_flow = .true.
+   end function may_flow
 
 end module m_plastic
