@@ -56,6 +56,7 @@ OFFERED = [
     "damage",
     "anti_locking",
     "grains",
+    "atoms",
 ]
 
 GRAVITY = "&gravity acceleration=0,0,-1 /"
