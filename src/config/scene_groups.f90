@@ -49,6 +49,7 @@ contains
       scene%output%present = text%count_groups('output') > 0
       scene%checkpoint%present = text%count_groups('checkpoint') > 0
       scene%quasi_static%present = text%count_groups('quasi_static') > 0
+      if (scene%quasi_static%present) scene%contact%subcell = 0.0_wp ! one contact law for all steps of a run
       scene%has_motions = text%count_groups('motion') > 0
       scene%time%domain = domain_by_law ! until it is said
       do kind = 1, size(group_words)
@@ -259,6 +260,8 @@ contains
          call group%get('max_iterations', scene%contact%max_iterations, least=1)
          call group%get('compliance', scene%contact%compliance, above(0.0_wp, '', at_most=1.0_wp))
          call group%get('subcell', scene%contact%subcell, at_least(0.0_wp, '', at_most=1.0_wp))
+         if (scene%quasi_static%present .and. scene%contact%subcell > 0.0_wp) &
+            call group%refuse('subcell', 'above 0 only without &quasi_static, whose steps do not have the term')
       case ('quasi_static')
          call describe_quasi_static(group, scene%quasi_static)
       case ('guard')

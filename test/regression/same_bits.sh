@@ -63,12 +63,12 @@ import h5py, shutil
 shutil.copytree("usl_1", "planted")
 with h5py.File(sorted(Path("planted").glob("particles_*.hdf"))[-1], "r+") as file:
     file["VTKHDF/Points"][5, 1] = np.nextafter(file["VTKHDF/Points"][5, 1], 9)
-import runs, io, contextlib
-before = runs.failures
+import checks, io, contextlib
+before = len(checks.faults)
 with contextlib.redirect_stdout(io.StringIO()):
     same_bits("usl_1", "planted")
-caught = runs.failures > before
-runs.failures = before
+caught = len(checks.faults) > before
+del checks.faults[before:]
 require("one changed bit is noticed", caught)
 finish()
 END
