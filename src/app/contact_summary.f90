@@ -36,6 +36,9 @@ contains
                         to_text(contact%unsolved)//' steps above the tolerance')
          call facts%say('contact: largest overlap '//si(contact%worst_overlap, 'm')//', '// &
                         to_text(contact%worst_overlap/cell, 3)//' cells')
+         call facts%note('contact_solves', to_text(contact%solves))
+         call facts%note('contact_largest_residual', to_text(contact%worst_residual))
+         call facts%note('contact_steps_above_tolerance', to_text(contact%unsolved))
          call facts%note('largest_overlap_m', to_text(contact%worst_overlap))
          call facts%note('largest_overlap_cells', to_text(contact%worst_overlap/cell))
          associate (work => sum(contact%states%constraint_work) + sum(contact%pairs%states%work))
@@ -43,6 +46,8 @@ contains
                            percent(work, largest)//' of the largest energy; gaps carried at most '// &
                            to_text(drift/cell, 3)//' cells off those of the particles')
          end associate
+         call facts%note('subcell_energy_J', &
+                         to_text(sum(contact%states%stored + contact%states%stored_shear)))
          call facts%note('constraint_work_J', to_text(sum(contact%states%constraint_work)))
          call facts%note('largest_drift_cells', to_text(drift/cell))
          text = merge('tension by adhesion only', 'no tension              ', contact%pairs%adheres())
