@@ -37,6 +37,9 @@ contains
          call facts%say('contact: largest overlap '//si(contact%worst_overlap, 'm')//', '// &
                         to_text(contact%worst_overlap/cell, 3)//' cells')
          call facts%note('contact_solves', to_text(contact%solves))
+         call facts%note('contact_iterations', to_text(contact%iterations))
+         call facts%note('contact_products', to_text(contact%system%products))
+         call facts%note('contact_max_candidates', to_text(contact%largest))
          call facts%note('contact_largest_residual', to_text(contact%worst_residual))
          call facts%note('contact_steps_above_tolerance', to_text(contact%unsolved))
          call facts%note('largest_overlap_m', to_text(contact%worst_overlap))
