@@ -261,7 +261,7 @@ contains
          call group%get('compliance', scene%contact%compliance, above(0.0_wp, '', at_most=1.0_wp))
          call group%get('subcell', scene%contact%subcell, at_least(0.0_wp, '', at_most=1.0_wp))
          if (scene%quasi_static%present .and. scene%contact%subcell > 0.0_wp) &
-            call group%refuse('subcell', 'above 0 only without &quasi_static, whose steps do not have the term')
+            call group%refuse('subcell', 'above 0 only without &quasi_static, whose steps lack the term')
       case ('quasi_static')
          call describe_quasi_static(group, scene%quasi_static)
       case ('guard')
