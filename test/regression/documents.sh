@@ -8,7 +8,7 @@ check() { "$PYTHON" "$ROOT/test/regression/documents.py" "$1"; }
 check "$ROOT" || fail 'documents'
 
 mkdir tree
-for part in README.md CHANGELOG.md CONTRIBUTING.md Makefile LICENSE CITATION.cff ruff.toml mk doc src test post input tools; do
+for part in README.md CHANGELOG.md CONTRIBUTING.md Makefile LICENSE CITATION.cff ruff.toml mk doc src test post input packaging tools; do
    cp -r "$ROOT/$part" tree/
 done
 : >expected
