@@ -51,6 +51,7 @@ module m_user_law
       procedure :: complementary_energy
       procedure :: strain_energy
       procedure :: plastic_energy
+      procedure :: may_flow
       procedure :: stretch
       procedure :: fault_text
       procedure :: for_large_strains
@@ -426,6 +427,12 @@ contains
          energy = energy + column(p, self%mass)*column(p, self%inelastic)
       end do
    end function plastic_energy
+
+   !> Nothing says that it does not.
+   pure logical function may_flow(self)
+      class(user_law_t), intent(in) :: self
+      may_flow = .true.
+   end function may_flow
 
    !> sqrt(n . F F^T . n).
    pure real(wp) function stretch(self, values, layout, direction)
