@@ -115,6 +115,8 @@ def surface(tool, reach):
     if shape == "flat":
         radius = min(tool["radius"][0], 3 * reach)
         return np.array([[0, 0], [radius, 0], [radius, reach / 2]]), round_ways, np.zeros((65, 3))
+    if shape == "profile":
+        return np.array([tool["radii"], tool["heights"]]).T, round_ways, np.zeros((65, 3))
     if shape == "cone":
         return np.array([[0, 0], [reach, reach / slope]]), round_ways, np.zeros((65, 3))
     if shape == "wedge":

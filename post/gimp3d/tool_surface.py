@@ -42,6 +42,14 @@ def profile_of(tool, reach):
         cap = np.stack([r * np.sin(arc), r * (1 - np.cos(arc))], axis=1)
         far = max(reach, 2 * cap[-1, 0])
         return np.vstack([cap, [far, cap[-1, 1] + (far - cap[-1, 0]) / math.tan(a)]])
+    if shape == "profile":
+        radii, heights = np.array(tool["radii"], float), np.array(tool["heights"], float)
+        slope = (radii[-1] - radii[-2]) / (heights[-1] - heights[-2])
+        far = heights[-1] + max(reach - radii[-1], 0.0) / slope if slope > 0 else max(reach, 2 * heights[-1])
+        table = np.stack([radii, heights], axis=1)
+        if far > heights[-1]:
+            table = np.vstack([table, [radii[-1] + slope * (far - heights[-1]), far]])
+        return table if radii[0] == 0 else np.vstack([[0.0, 0.0], table])
     return None
 
 

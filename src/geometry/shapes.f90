@@ -25,6 +25,7 @@ contains
       block; use m_roller, only: roller_t; call tool('cylinder', roller_t()); end block
       block; use m_file_shape, only: file_shape_t; call body('surface', file_shape_t())
          call tool('surface', file_shape_t()); end block
+      block; use m_profile, only: profile_t; call tool('profile', profile_t()); end block
       block; use m_wedge, only: wedge_t; call tool('wedge', wedge_t()); end block
    contains
       subroutine body(name, shape)

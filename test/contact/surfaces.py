@@ -100,6 +100,7 @@ for tool in (
     "'flat', radius=2",
     "'cylinder', radius=2",
     "'wedge', half_angle=40",
+    "'profile', radii=0.2,1,1.5, heights=0,1,3",
     "'berkovich'",
     "'pyramid', faces=4, half_angle=68",
 ):

@@ -263,6 +263,8 @@ contains
              'friction=0.3/'//new// &
              '&tool shape=''wedge'' half_angle=30 tip=.1,.8,.9 axis=1,0,0 times=0 loads=0 mass=3 '// &
              'initial_speed=-.1/'//new// &
+             '&tool shape=''profile'' radii=0,.01,.015 heights=0,.0033333333333333335,.01 tip=.1,.8,.9 '// &
+             'times=0 speeds=1/'//new// &
              '&probe position=0.1,0.1,0.1 /'//new//'&contact tolerance=1e-12 max_iterations=7 /'//new// &
              '&damping kind=''viscous'' coefficient=0.30000000000000004 / &gravity '// &
              'acceleration=0,1e-7,-9.80665 /'//new

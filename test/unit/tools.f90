@@ -13,14 +13,17 @@ program tools
    use m_regular_pyramid, only: regular_pyramid_t
    use m_roller, only: roller_t
    use m_wedge, only: wedge_t
+   use m_profile, only: profile_t
    use m_tool, only: tool_t, make_tool
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t, keep_worst, say
    implicit none
-   character(len=9), parameter :: names(7) = ['sphere   ', 'cone     ', 'flat     ', 'berkovich', &
-                                              'cylinder ', 'wedge    ', 'pyramid  ']
+   character(len=9), parameter :: names(8) = ['sphere   ', 'cone     ', 'flat     ', 'berkovich', &
+                                              'cylinder ', 'wedge    ', 'pyramid  ', &
+                                              'profile  ']
    !> in this order
-   integer, parameter :: sphere = 1, cone = 2, flat = 3, berkovich = 4, cylinder = 5, wedge = 6, pyramid = 7
+   integer, parameter :: sphere = 1, cone = 2, flat = 3, berkovich = 4, cylinder = 5, wedge = 6, &
+                         pyramid = 7, profile = 8
    real(wp), parameter :: reach = 6.0_wp !< of what is searched of the infinite tools
    type(communicator_t) :: comm
    type(assertions_t) :: test
@@ -29,6 +32,7 @@ program tools
    integer :: kind                       !< of the last tool that was made
    real(wp) :: radius, half_angle, edge(3) !< of it
    integer :: faces = 3
+   real(wp) :: radii(3), heights(3) !< of a profile
    call comm%start()
    call test%start(comm, 'tools')
    do shape_number = 1, size(names)
@@ -39,6 +43,7 @@ program tools
    do shape_number = 1, 3
       call rounded(shape_number)
    end do
+   call hollow_profile()
    do round = 1, 50
       call travel()
    end do
@@ -61,7 +66,11 @@ contains
       edge = chance%several(3, -1.0_wp, 1.0_wp)
       faces = 3
       if (kind == pyramid) faces = 3 + int(chance%between(0.0_wp, 5.9_wp))
+      radii = radius*[0.3_wp, 0.8_wp, 1.0_wp]
+      heights = [0.0_wp, 0.4_wp, 1.0_wp]
+      if (kind == profile .and. radius > 1.0_wp) radii(1) = 0.0_wp
       select case (kind)
+      case (profile); spec%shape = profile_t(radii=radii, heights=heights)
       case (sphere); spec%shape = sphere_t(radius=radius)
       case (cone); spec%shape = cone_t(half_angle=half_angle)
       case (flat); spec%shape = flat_t(radius=radius)
@@ -111,6 +120,9 @@ contains
       case (cone)
          height = reach*s*cos(half_angle)
          off_axis = reach*s*sin(half_angle)
+      case (profile)
+         height = reach*s
+         off_axis = radius_at(height)
       case default ! half of the parameter for the face, half for the side
          off_axis = radius*min(1.0_wp, 2.0_wp*s)
          height = reach*max(0.0_wp, 2.0_wp*s - 1.0_wp)
@@ -138,6 +150,13 @@ contains
           + off_axis*(cos(angle)*u + sin(angle)*v)
    end function surface
 
+   !> Of the profile at a height above 0.
+   pure real(wp) function radius_at(height)
+      real(wp), intent(in) :: height
+      radius_at = min(radii(1) + (radii(2) - radii(1))*height/heights(2), &
+                      radii(2) + (radii(3) - radii(2))*(height - heights(2))/(heights(3) - heights(2)))
+   end function radius_at
+
    !> Whether a place is inside, from what the shapes are.
    logical function inside(tool, x)
       type(tool_t), intent(in) :: tool
@@ -151,6 +170,8 @@ contains
       select case (kind)
       case (sphere)
          inside = norm2(x - tip + radius*tool%spec%axis) < radius
+      case (profile)
+         inside = height > 0.0_wp .and. off_axis < radius_at(height)
       case (cone)
          inside = height > 0.0_wp .and. off_axis < height*tan(half_angle)
       case (berkovich, pyramid)
@@ -202,6 +223,10 @@ contains
       integer, parameter :: across_s = 60, around = 24, quarters = 6
       real(wp) :: s, angle, nearest, best_s, best_angle, distance
       integer :: i, j, quarter, wide
+      if (kind == profile) then
+         best = distance_in_plane(tool, x)
+         return
+      end if
       best = projected_distance(tool, x)
       if (kind == pyramid) return ! a search sticks at its ridges
       best = huge(best)
@@ -229,6 +254,40 @@ contains
          end do
       end do
    end function searched_distance
+
+   !> Smallest distance from the lines of a profile, in the plane of the axis and the place: along each of
+   !> them it is convex.
+   real(wp) function distance_in_plane(tool, x) result(best)
+      type(tool_t), intent(in) :: tool
+      real(wp), intent(in) :: x(3)
+      real(wp) :: way(3), place(2), lines(2, 0:4), ends(2), thirds(2), distance(2)
+      integer :: k, n, side
+      way = x - tool%spec%tip - tool%freedoms(1)%travel*tool%spec%axis
+      place(2) = -dot_product(way, tool%spec%axis)
+      place(1) = norm2(way + place(2)*tool%spec%axis)
+      lines(:, 0) = 0.0_wp
+      lines(:, 1) = [radii(1), heights(1)]
+      lines(:, 2) = [radii(2), heights(2)]
+      lines(:, 3) = [radii(3), heights(3)]
+      lines(:, 4) = [radius_at(reach), reach]
+      best = huge(best)
+      do k = 1, 4
+         ends = [0.0_wp, 1.0_wp]
+         do n = 1, 120
+            thirds = ends(1) + (ends(2) - ends(1))*[1.0_wp, 2.0_wp]/3.0_wp
+            do side = 1, 2
+               distance(side) = norm2(place - lines(:, k - 1) &
+                                      - thirds(side)*(lines(:, k) - lines(:, k - 1)))
+            end do
+            if (distance(1) <= distance(2)) then
+               ends(2) = thirds(2)
+            else
+               ends(1) = thirds(1)
+            end if
+         end do
+         best = min(best, minval(distance))
+      end do
+   end function distance_in_plane
 
    !> Follow the distance down from a place of the surface.
    subroutine refine(tool, x, first_width, best_s, best_angle, nearest)
@@ -405,6 +464,28 @@ contains
       call test%check_close(off(2), 0.0_wp, 1.0e-13_wp, trim(names(kinds(number)))// &
                             ', rounded: below the tip')
    end subroutine rounded
+
+   !> A profile that is hollow, a pin of radius 1 below a plate: not convex; distances in the corner between
+   !> them, whose lines are nearest by turns, and along the flat end.
+   subroutine hollow_profile()
+      type(profile_t) :: shape
+      real(wp) :: gap, normal(3)
+      shape = profile_t(radii=[1.0_wp, 1.0_wp, 4.0_wp], heights=[0.0_wp, 2.0_wp, 5.0_wp])
+      call shape%prepare([0.0_wp, 0.0_wp, -1.0_wp])
+      call test%check(.not. shape%is_convex(), 'profile: a hollow one is not convex')
+      call shape%distance_and_normal([0.0_wp, 1.25_wp, 1.0_wp], gap, normal)
+      call test%check_close([gap, normal], [0.25_wp, 0.0_wp, 1.0_wp, 0.0_wp], 1.0e-14_wp, &
+                            'profile: beside the pin')
+      call shape%distance_and_normal([3.0_wp, 0.0_wp, 3.0_wp], gap, normal)
+      call test%check_close([gap, normal], [1.0_wp, 1.0_wp, 0.0_wp, -1.0_wp]/sqrt(2.0_wp), 1.0e-14_wp, &
+                            'profile: below the plate')
+      call shape%distance_and_normal([9.0_wp, 0.0_wp, 10.5_wp], gap, normal)
+      call test%check_close([gap, normal], [-0.5_wp, 1.0_wp, 0.0_wp, -1.0_wp]/sqrt(2.0_wp), 1.0e-14_wp, &
+                            'profile: inside, beyond its last point')
+      call shape%distance_and_normal([0.5_wp, 0.0_wp, -0.5_wp], gap, normal)
+      call test%check_close([gap, normal], [0.5_wp, 0.0_wp, 0.0_wp, -1.0_wp], 1.0e-14_wp, &
+                            'profile: below its flat end')
+   end subroutine hollow_profile
 
    !> A random table of speeds; between random times the way is the integral.
    subroutine travel()
