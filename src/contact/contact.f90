@@ -178,14 +178,14 @@ contains
    subroutine make_room(self, communicator)
       class(contact_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
-      integer :: most(2)
-      associate (count => self%candidates%count)
-         most = [count, merge(1, 0, count > self%solver%capacity)]
-         call MPI_Allreduce(MPI_IN_PLACE, most, size(most), MPI_INTEGER, MPI_MAX, communicator%comm)
-         self%has_problem = most(1) > 0
-         if (self%has_problem .and. most(2) > 0) &
-            call self%solver%fit(communicator%comm%MPI_VAL, 64*((9*count/8)/64 + 1))
-      end associate
+      integer :: most(2), unknowns
+      unknowns = self%candidates%count
+      if (self%strains_apart) unknowns = unknowns + 2*self%candidates%frictional ! all at once
+      most = [unknowns, merge(1, 0, unknowns > self%solver%capacity)]
+      call MPI_Allreduce(MPI_IN_PLACE, most, size(most), MPI_INTEGER, MPI_MAX, communicator%comm)
+      self%has_problem = most(1) > 0
+      if (self%has_problem .and. most(2) > 0) &
+         call self%solver%fit(communicator%comm%MPI_VAL, 64*((9*unknowns/8)/64 + 1))
    end subroutine make_room
 
    !> Forces of the candidates: no tension, no pressure across a gap, no way into the tool; friction where a

@@ -244,20 +244,25 @@ contains
       to(n + 1:) = from(n + 1:)
    end subroutine multiply
 
-   !> From now on multiply_free takes these rows of the normal forces.
+   !> From now on multiply_free takes these of the active rows: normal forces, or all.
    subroutine set_free(self, free)
       class(contact_system_t), intent(inout) :: self
       logical, intent(in) :: free(:)
-      self%free = free(:self%normal)
+      self%free = free(:self%last)
+      if (self%last > self%normal) return ! asked for seldom: without rows of their own
       call self%free_rows%choose(self%normal_rows, self%free)
    end subroutine set_free
 
-   !> The same as `multiply` between free rows of the normal forces, which are the active ones. The others are
-   !> 0 in what it takes and gives.
+   !> The same as `multiply` between free rows. The others are 0 in what it takes and gives.
    subroutine multiply_free(self, from, to)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: from(:)
       real(wp), intent(out), contiguous :: to(:)
+      if (self%last > self%normal) then
+         call self%multiply(from, to)
+         to(:self%last) = merge(to(:self%last), 0.0_wp, self%free)
+         return
+      end if
       self%products = self%products + 1
       call self%nodes%expect()
       self%force(:, :self%nodes%count) = 0.0_wp

@@ -32,6 +32,7 @@ module m_petsc_solver
       procedure, public :: fit
       procedure, private :: dismiss
       procedure, public :: solve
+      procedure, public :: solve_among
       procedure, public :: release
    end type petsc_solver_t
 
@@ -41,6 +42,7 @@ module m_petsc_solver
                                                     !< start
    real(wp), parameter :: rough = 0.001_wp          !< conjugate gradients of one guess need come no lower
                                                     !< than this, of what it began with
+   integer, parameter :: many = 10000               !< products for one guess (PETSc's default)
    real(wp), parameter :: rounding = 1.0e-13_wp     !< of the largest unknown
    PetscReal, parameter :: by_default = PETSC_DEFAULT_REAL
    real(wp), parameter :: enough = 0.3_wp           !< conjugate gradients need come no lower than this, of
@@ -136,6 +138,41 @@ contains
       PetscCallA(VecRestoreArrayReadF90(self%start, values, ierr))
       nullify (current_operator)
    end subroutine solve
+
+   !> Collective: M x = b between the unknowns of which it is known that they are free, by conjugate gradients
+   !> from 0 on; the others are 0. `residual` is relative to b; huge, and x is 0, where b has no norm.
+   subroutine solve_among(self, operator, free, b, x, tolerance, max_iterations, residual)
+      class(petsc_solver_t), intent(inout) :: self
+      class(petsc_operator_t), intent(inout), target :: operator
+      logical, intent(in) :: free(:) !< (unknowns)
+      real(wp), intent(in) :: b(:)
+      real(wp), intent(out) :: x(:)
+      real(wp), intent(in) :: tolerance
+      integer, intent(in) :: max_iterations
+      real(wp), intent(out) :: residual
+      PetscScalar, pointer :: values(:)
+      PetscErrorCode :: ierr
+      PetscReal :: size_of_b, norm
+      PetscInt :: limit
+      x = 0.0_wp
+      residual = huge(residual)
+      call fill(self%right_side, merge(b, 0.0_wp, free))
+      PetscCallA(VecNorm(self%right_side, NORM_2, size_of_b, ierr))
+      if (.not. size_of_b <= largest_right_side) return ! on all ranks alike: PETSc would abort
+      current_operator => operator
+      call operator%set_free(free)
+      limit = max_iterations
+      PetscCallA(KSPSetTolerances(self%ksp, tolerance, tiny(size_of_b), by_default, limit, ierr))
+      PetscCallA(KSPSolve(self%ksp, self%right_side, self%change, ierr))
+      PetscCallA(KSPGetResidualNorm(self%ksp, norm, ierr))
+      limit = many ! as for guesses
+      PetscCallA(KSPSetTolerances(self%ksp, tolerance, tiny(size_of_b), by_default, limit, ierr))
+      residual = norm/max(size_of_b, tiny(size_of_b))
+      PetscCallA(VecGetArrayReadF90(self%change, values, ierr))
+      x = values(:size(x))
+      PetscCallA(VecRestoreArrayReadF90(self%change, values, ierr))
+      nullify (current_operator)
+   end subroutine solve_among
 
    !> Guess which unknowns are free, solve for them, and guess anew from what has become negative or wants to
    !> grow: a primal-dual active set method (Hintermüller, Ito and Kunisch 2003), whose first guess is mostly

@@ -10,7 +10,6 @@ module m_pressed_speeds
    use m_contact_point, only: point_velocity, tool_velocity, sliding
    use m_friction_limit, only: friction_limit
    use m_contact_rows, only: assemble, move_nodes
-   use m_contact_system, only: contact_system_t
    use m_contact, only: contact_t
    implicit none
    private
@@ -80,45 +79,13 @@ contains
          give_way = system%freedom_mobility
          system%freedom_mobility = 0.0_wp ! a tool's own motion is known
          call system%activate(1, system%rows)
-         call solve_held(system, held, lacks, contact%spec%tolerance, contact%spec%max_iterations, x, &
-                         residual)
+         call contact%solver%solve_among(system, held, lacks, x, contact%spec%tolerance, &
+                                         contact%spec%max_iterations, residual)
          system%freedom_mobility = give_way
          call contact%check_convergence(residual, to_text(contact%spec%max_iterations)// &
                                         ' products for the stress')
          call move_nodes(system, level, time_step, x*system%scale(:system%rows))
       end associate
    end subroutine keep_pressed_speeds
-
-   !> Collective: conjugate gradients between the rows that are held; the others are 0.
-   subroutine solve_held(system, held, b, tolerance, limit, x, residual)
-      type(contact_system_t), intent(inout) :: system
-      logical, intent(in) :: held(:)   !< (rows)
-      real(wp), intent(in) :: b(:)     !< scaled
-      real(wp), intent(in) :: tolerance
-      integer, intent(in) :: limit     !< products
-      real(wp), intent(out) :: x(:)    !< scaled
-      real(wp), intent(out) :: residual !< relative to b
-      real(wp), dimension(size(b)) :: r, p, m_p
-      real(wp) :: size_of_b, now, before, step
-      integer :: k
-      x = 0.0_wp
-      r = merge(b, 0.0_wp, held)
-      p = r
-      now = system%communicator%sum_real(dot_product(r, r))
-      size_of_b = max(sqrt(now), tiny(size_of_b))
-      do k = 1, limit
-         residual = sqrt(now)/size_of_b
-         if (residual <= tolerance .or. .not. now > 0.0_wp) return
-         call system%multiply(p, m_p)
-         m_p = merge(m_p, 0.0_wp, held)
-         step = now/system%communicator%sum_real(dot_product(p, m_p))
-         x = x + step*p
-         r = r - step*m_p
-         before = now
-         now = system%communicator%sum_real(dot_product(r, r))
-         p = r + (now/before)*p
-      end do
-      residual = sqrt(now)/size_of_b
-   end subroutine solve_held
 
 end module m_pressed_speeds
