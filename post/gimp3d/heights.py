@@ -4,51 +4,84 @@ y from the bottom, and its attribute `spacing` (x, y) in m.
 
     heights.py FILE.gwy [OUT.h5] [--channel N]
 
-Reads Gwyddion's files (package gwyfile, `pip install gwyfile`). Scenes then say no more than
-`shape='surface', file='OUT.h5'`, and `rotation=180,0,0` for a tip that was measured upside up."""
+Reads Gwyddion's own files; N is the channel's number in Gwyddion. Scenes
+then say no more than `shape='surface', file='OUT.h5'`, and `rotation=180,0,0` for a tip that was measured upside up.
+Masks are not looked at. Other instruments' files (.sur, .x3p, .sdf, .plux, .vk4, .dat, .opd, ...) go through Gwyddion,
+which reads them and saves .gwy."""
 
 import argparse
+import re
 import sys
 from pathlib import Path
 
 import h5py
 import numpy as np
 
+from . import gwyddion
+
+LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "Å": 1e-10, "pm": 1e-12}
+LENGTHS |= {"µm": 1e-6, "μm": 1e-6, "Angstrom": 1e-10}  # the micro sign, and the Greek letter
+
+
+def unit_of(field, which):
+    """The name of a field's unit, '' where it has none."""
+    unit = field.get(which)
+    return str(unit.get("unitstr", "")).strip() if hasattr(unit, "get") else ""
+
+
+def channels_of(container):
+    """All images of a file by their numbers: (title, field)."""
+    numbers = (re.fullmatch(r"/(\d+)/data", str(key)) for key in container)
+    return {
+        int(n[1]): (str(container.get(f"{n[0]}/title", "without a title")), container[n[0]])
+        for n in numbers
+        if n and hasattr(container[n[0]], "get")
+    }
+
+
+def chosen(channels, number):
+    """The field of heights of that number, or the only one there is."""
+    named = lambda which: ", ".join(f"{n} {channels[n][0]!r}" for n in sorted(which))
+    of_heights = {n for n, (_, field) in channels.items() if unit_of(field, "si_unit_z") in LENGTHS}
+    if not of_heights:
+        raise ValueError(f"has no channel of heights; it has {named(channels) or 'no images'}")
+    if number is None and len(of_heights) > 1:
+        raise ValueError(f"has several channels of heights; say --channel: {named(of_heights)}")
+    if number is not None and number not in of_heights:
+        raise ValueError(f"has no channel {number} of heights; allowed: {named(of_heights)}")
+    return channels[of_heights.pop() if number is None else number][1]
+
 
 def read_gwy(path, channel=None):
     """Heights (along y from the bottom, along x) in m, and the distances along x and y in m. A file with
     several channels of heights needs `channel`, its number; ValueError says which there are."""
+    with open(path, "rb") as file:
+        if file.read(4) != gwyddion.MAGIC:
+            raise ValueError(
+                "is no file of Gwyddion (it begins otherwise); Gwyddion reads others and saves .gwy"
+            )
     try:
-        import gwyfile
-    except ImportError:
-        raise ValueError("the package gwyfile is not there: pip install gwyfile") from None
+        channels = channels_of(gwyddion.load(path))
+    except gwyddion.Damaged as error:
+        raise ValueError(f"is damaged: {error}") from None
+    field = chosen(channels, channel)
+    lateral = unit_of(field, "si_unit_xy") or "m"
+    if lateral not in LENGTHS:
+        raise ValueError(f"has distances along x and y in {lateral!r}, which is no length")
     try:
-        fields = gwyfile.util.get_datafields(gwyfile.load(str(path)))
-    except Exception as error:
-        raise ValueError(f"is no file of Gwyddion ({error})") from None
-    lengths = {}
-    for title, field in fields.items():
-        unit = field.get("si_unit_z")
-        if unit is not None and unit.get("unitstr", "") in ("m", "nm", "um", "mm"):
-            lengths[title] = field
-    if not lengths:
-        raise ValueError(f"has no channel of heights; it has {', '.join(fields) or 'none'}")
-    titles = list(lengths)
-    if channel is None and len(titles) > 1:
-        names = ", ".join(f"{n} {title}" for n, title in enumerate(titles))
-        raise ValueError(f"has several channels of heights; say --channel: {names}")
-    if channel is not None and not 0 <= channel < len(titles):
-        raise ValueError(f"has no channel {channel}; allowed: 0 to {len(titles) - 1}")
-    field = lengths[titles[channel or 0]]
-    factor = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9}
-    lateral = field.get("si_unit_xy")
-    across = factor.get(lateral.get("unitstr", "m") if lateral is not None else "m", 0.0)
-    if not across:
-        raise ValueError("has distances along x and y in no unit of length")
+        columns, rows = int(field["xres"]), int(field["yres"])
+        sides = float(field["xreal"]), float(field["yreal"])
+        numbers = np.asarray(field["data"], float).ravel()
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        raise ValueError(f"is damaged ({type(error).__name__}: {error})") from None
+    if min(columns, rows) < 2 or numbers.size != columns * rows:
+        raise ValueError(f"is damaged: {numbers.size} heights for {columns} columns and {rows} rows")
+    spacing = tuple(LENGTHS[lateral] * side / count for side, count in zip(sides, (columns, rows)))
+    if not all(np.isfinite(spacing)) or min(spacing) <= 0:
+        raise ValueError(f"is damaged: it is {sides[0]:g} by {sides[1]:g} {lateral} wide")
     heights = (
-        factor[field["si_unit_z"]["unitstr"]] * np.asarray(field.data, float)[::-1]
+        LENGTHS[unit_of(field, "si_unit_z")] * numbers.reshape(rows, columns)[::-1]
     )  # its first row is on top
-    spacing = across * field.xreal / heights.shape[1], across * field.yreal / heights.shape[0]
     if not np.isfinite(heights).all():
         raise ValueError("holds heights that are not finite numbers; fill them by their neighbours")
     return heights, spacing
@@ -72,11 +105,11 @@ def main():
     arguments = parser.parse_args()
     try:
         heights, spacing = read_gwy(arguments.file, arguments.channel)
+        out = arguments.out or arguments.file.with_suffix(".h5")
+        write(out, heights, spacing)
     except (ValueError, OSError) as error:
         print(f"{arguments.file}: {error}", file=sys.stderr)
         return 2
-    out = arguments.out or arguments.file.with_suffix(".h5")
-    write(out, heights, spacing)
     print(
         f"{out}: {heights.shape[1]} by {heights.shape[0]} heights from "
         f"{heights.min():.4g} to {heights.max():.4g} m, "

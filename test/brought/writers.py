@@ -199,3 +199,44 @@ def off_by_round_off(triangles, relative=2e-7, seed=3):
     """Each corner of each triangle somewhere else by so much of the extent."""
     chance = np.random.default_rng(seed)
     return triangles + np.ptp(triangles) * relative * chance.uniform(-1, 1, triangles.shape)
+
+
+def gwy_object(name, *components):
+    """One object of Gwyddion's own format: its name, the size of what follows, and components (key, kind, value):
+    'o' an object, 's' a string, 'i' and 'd' numbers, 'D' an array, 'b' a truth value."""
+    body = b""
+    for key, kind, value in components:
+        body += key.encode() + b"\0" + kind.encode()
+        if kind == "o":
+            body += value
+        elif kind == "s":
+            body += value.encode() + b"\0"
+        elif kind == "D":
+            body += struct.pack("<I", value.size) + np.asarray(value, "<f8").tobytes()
+        else:
+            body += struct.pack({"i": "<i", "d": "<d", "b": "<B"}[kind], value)
+    return name.encode() + b"\0" + struct.pack("<I", len(body)) + body
+
+
+def gwy(*channels):
+    """Gwyddion's own file. Channels: (number, title, heights from the bottom on, spacing, unit of the heights); first
+    row on top, as its program keeps them."""
+    unit = lambda text: gwy_object("GwySIUnit", ("unitstr", "s", text))
+    parts = [("/filename", "s", "made.gwy")]
+    for number, title, heights, spacing, z in channels:
+        rows, columns = heights.shape
+        field = gwy_object(
+            "GwyDataField",
+            ("xres", "i", columns),
+            ("yres", "i", rows),
+            ("xreal", "d", columns * spacing[0]),
+            ("yreal", "d", rows * spacing[1]),
+            ("xoff", "d", 3e-6),
+            ("yoff", "d", -1e-6),
+            ("si_unit_xy", "o", unit("m")),
+            ("si_unit_z", "o", unit(z)),
+            ("data", "D", heights[::-1]),
+        )
+        parts += [(f"/{number}/data", "o", field), (f"/{number}/data/title", "s", title)]
+        parts.append((f"/{number}/data/visible", "b", 1))
+    return b"GWYP" + gwy_object("GwyContainer", *parts)
