@@ -41,6 +41,7 @@ contains
       do i = 1, size(scene%levels) ! all that there is across the section
          scene%levels(i)%lower(2) = scene%grid%lower(2)
          scene%levels(i)%upper(2) = scene%grid%upper(2)
+         scene%levels(i)%center(2) = scene%grid%lower(2)
       end do
       do i = 1, size(scene%cuts)
          call scene%cuts(i)%shape%take_section(scene%grid%section, why)
@@ -160,19 +161,6 @@ contains
       character(len=:), allocatable :: start
       integer :: l
       start = 'with geometry='''//scene%grid%section%word()//''' '
-      if (scene%quasi_static%present .and. scene%quasi_static%preconditioner /= preconditioner_jacobi) &
-         call fail(error, exit_input, text%place('quasi_static', 1, 'preconditioner')//': '//start// &
-                   'must be jacobi')
-      if (scene%fields() > 1) &
-         call fail(error, exit_input, text%line_of('body', 1)//', &body: '//start// &
-                   'contact between bodies is not there yet; allowed: one contact_group')
-      do l = 1, size(scene%levels)
-         if (scene%levels(l)%criterion /= criterion_none) &
-            call fail(error, exit_input, text%place('level', l, 'criterion')//': '//start// &
-                      'levels are placed by hand; allowed: none')
-         if (scene%levels(l)%shape /= level_box) &
-            call fail(error, exit_input, text%place('level', l, 'shape')//': '//start//'allowed: box')
-      end do
       do l = 1, size(scene%probes)
          if (abs(scene%probes(l)%position(2)) > 0.0_wp) &
             call fail(error, exit_input, text%place('probe', l, 'position')//': '//start//'y must be 0')

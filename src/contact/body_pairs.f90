@@ -17,7 +17,8 @@ module m_body_pairs
    use m_partner_nodes, only: wanted_nodes_t
    use m_partner_point, only: place_partner, want_nodes, take_mass, mean_velocity, cap
    use m_pair_law, only: range_of, overlap_left, find_adhesion
-   use m_pair_reactions, only: pair_state_t, pair_of, press_element, add_reaction, add_up_pairs
+   use m_pair_reactions, only: pair_state_t, pair_of, press_element, add_reaction, close_rings, &
+                                add_up_pairs
    use m_contact_point, only: candidate_t, partner_t, no_candidate, set_face, spread_inward, &
                               point_velocity, margin
    use m_contact_rows, only: masses_of, places_of
@@ -266,6 +267,10 @@ contains
          c%normal = meeting%normal
          c%mass = 1.0_wp/(1.0_wp/element%mass + 1.0_wp/meeting%mass)
          c%area = element%area
+         if (level%grid%section%is_flat()) then
+            c%depth = level%grid%section%depth(element%face(1))
+            c%area = element%area/element%edge*c%depth
+         end if
          call set_face(c, level%grid, block%place, bin_place(int(block%cells%bin(c%particle))), &
                        level%layout%domain > 0, (element%point - block%origin)*level%grid%per_cell, &
                        span*level%grid%per_cell)
@@ -357,6 +362,7 @@ contains
             call press_element(level, materials, self%at, self%specs(pair), c, partner, time_step, pressure)
          end associate
       end do
+      if (level%grid%section%is_round()) call close_rings(self%step)
    end subroutine keep
 
    !> Collective: the sums over all ranks become the states of the pairs.

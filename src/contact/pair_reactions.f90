@@ -10,12 +10,14 @@ module m_pair_reactions
    use m_materials, only: materials_t
    use m_surface_elements, only: surface_columns_t
    use m_pair_law, only: press_rate, weaken
-   use m_contact_point, only: candidate_t, partner_t, point_velocity, overlap_rate, sliding
+   use m_contact_point, only: candidate_t, partner_t, point_velocity, width_of, overlap_rate, &
+                              sliding
    use m_candidates, only: candidates_t
    use m_contact_system, only: contact_system_t
    implicit none
    private
-   public :: pair_state_t, state_reals, pair_of, find_slip, press_element, add_reaction, add_up_pairs
+   public :: pair_state_t, state_reals, pair_of, find_slip, press_element, add_reaction, &
+             close_rings, add_up_pairs
 
    !> What two groups have met: in the last step, and since the start. Numbers alone: they are added up over
    !> the ranks as they stand.
@@ -142,8 +144,18 @@ contains
       state%parting = state%parting + time_step*c%adhesive_tension*c%opening
       state%pressed = state%pressed + time_step*c%force*press_rate(spec, time)*overlap
       ! also of points that press nothing: others beside them do
-      if (c%gap + time_step*c%opening <= overlap_rate*sqrt(c%area)) state%area = state%area + 0.5_wp*c%area
+      if (c%gap + time_step*c%opening <= overlap_rate*width_of(c)) state%area = state%area + 0.5_wp*c%area
    end subroutine add_reaction
+
+   !> All around the axis of a section of one of revolution no moment is left. The force along x stays what
+   !> acts along the radius, all around.
+   pure subroutine close_rings(states)
+      type(pair_state_t), intent(inout) :: states(:) !< (pairs)
+      integer :: n
+      do n = 1, size(states)
+         states(n)%moment = 0.0_wp
+      end do
+   end subroutine close_rings
 
    !> Collective: the reactions of a step over all ranks become the states of the pairs: what goes on from
    !> step to step is added to what was. Deepest overlaps.

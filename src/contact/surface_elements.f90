@@ -26,7 +26,7 @@ module m_surface_elements
       real(wp) :: point(3) = 0.0_wp    !< where forces act: the face of the particle's domain, m
       real(wp) :: centre(3) = 0.0_wp   !< of the particle, m
       real(wp) :: normal(3) = 0.0_wp   !< outward
-      real(wp) :: area = 0.0_wp        !< m2
+      real(wp) :: area = 0.0_wp        !< m2; of a section its length times the particle's edge
       real(wp) :: edge = 0.0_wp        !< of the particle, m
       real(wp) :: mass = 0.0_wp        !< of the particle, kg
       real(wp) :: velocity(3) = 0.0_wp !< of the particle, m/s
@@ -146,9 +146,10 @@ contains
          it%mass = column(p, layout%mass)
          it%velocity = column(p, layout%velocity:layout%velocity + 2)
          it%edge = column(p, layout%volume)**(1.0_wp/3.0_wp)
-         self%longest = max(self%longest, it%edge)
          it%area = norm2(column(p, at%area(e):at%area(e) + 2))
          it%normal = column(p, at%area(e):at%area(e) + 2)/it%area
+         if (level%grid%section%is_flat()) call take_depth(it, column(p, :), level, at%arm(e))
+         self%longest = max(self%longest, it%edge)
          associate (x => column(p, layout%position:layout%position + 2), &
                     arm => column(p, at%arm(e):at%arm(e) + 2))
             it%centre = x
@@ -176,6 +177,18 @@ contains
          column(p, at%friction(e):at%friction(e) + 2) = 0.0_wp
       end associate
    end subroutine add
+
+   !> Of a section the edge of the particle's square, and the element as one side of it would be in 3D.
+   pure subroutine take_depth(it, values, level, arm)
+      type(element_t), intent(inout) :: it
+      real(wp), intent(in) :: values(:) !< columns of the particle
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: arm        !< first column of the way to the element, m
+      associate (section => level%grid%section, radius => values(level%layout%position))
+         it%edge = sqrt(values(level%layout%volume)/section%depth(radius))
+         it%area = it%area/section%depth(radius + values(arm))*it%edge
+      end associate
+   end subroutine take_depth
 
    !> How much of an element's force acts at its point, so that with the rest at the particle's centre its
    !> middle is the face, by the distances (m) of face and point from the centre.
@@ -286,7 +299,7 @@ contains
       real(wp), intent(in) :: reach !< from the plane, m
       real(wp) :: plane
       integer :: axis, e, side
-      do axis = 1, 3
+      do axis = 1, 3, merge(2, 1, grid%section%is_flat()) ! nothing lies beside a section
          do side = 1, 2
             if (grid%boundary(side, axis) /= boundary_symmetry) cycle
             plane = merge(grid%lower(axis), grid%upper(axis), side == 1)

@@ -126,7 +126,7 @@ contains
    !> The elements of a particle, by its place in the lattice: where it has no neighbour of its contact group
    !> on a side, the side's area as the shape's surface has it there, and the way along the surface's normal
    !> to it. Sides where the surface hardly bends share one: a body that is filled by a lattice has no
-   !> staircase.
+   !> staircase. Of a section the sides that lie in it, and all that they stand for.
    subroutine elements_of(self, body, centre, place, edge, grid, found, area, arm)
       class(surface_t), intent(in) :: self
       integer, intent(in) :: body
@@ -140,7 +140,7 @@ contains
       found = 0
       area = 0.0_wp
       arm = 0.0_wp
-      do axis = 1, 3
+      do axis = 1, 3, merge(2, 1, grid%section%is_flat())
          do side = -1, 1, 2
             out = 0.0_wp
             out(axis) = side*edge
@@ -157,6 +157,8 @@ contains
          normal = area(:, e)/norm2(area(:, e))
          size_of(e) = norm2(area(:, e))
          call find_foot(self%bodies(body)%shape, centre, normal, edge, arm(:, e))
+         if (grid%section%is_flat()) &
+            size_of(e) = size_of(e)/edge*grid%section%depth(centre(1) + arm(1, e))
          area(:, e) = size_of(e)*normal
       end do
       do e = 1, found - 1
@@ -170,7 +172,7 @@ contains
       logical function is_held(there)
          real(wp), intent(in) :: there(3)
          integer :: b
-         is_held = any(there < grid%lower) .or. any(there > grid%upper)
+         is_held = any(there < grid%lower) .or. any(there > grid%upper) ! a section's plane is a side
          do b = 1, size(self%bodies)
             if (is_held) return
             if (self%bodies(b)%field /= self%bodies(body)%field) cycle

@@ -14,6 +14,7 @@ module m_box
       real(wp) :: lower(3) = 0.0_wp !< m
       real(wp) :: upper(3) = 0.0_wp !< m
       logical :: endless = .false.  !< along y, without end: of a section
+      logical :: ring = .false.     !< around the axis x = y = 0
    contains
       procedure :: variables
       procedure :: distance_and_normal
@@ -41,8 +42,10 @@ contains
       class(box_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
       real(wp), intent(out) :: distance, normal(3)
-      real(wp) :: from_centre(3), excess(3)
+      real(wp) :: from_centre(3), excess(3), radius
       from_centre = place - 0.5_wp*(self%lower + self%upper)
+      radius = hypot(place(1), place(2))
+      if (self%ring) from_centre(1) = radius - 0.5_wp*(self%lower(1) + self%upper(1))
       excess = abs(from_centre) - 0.5_wp*(self%upper - self%lower)
       if (self%endless) excess(2) = -huge(1.0_wp)
       distance = norm2(max(excess, 0.0_wp)) + min(maxval(excess), 0.0_wp)
@@ -53,6 +56,7 @@ contains
          normal(maxloc(excess, dim=1)) = 1.0_wp
       end if
       normal = sign(normal, from_centre)
+      if (self%ring .and. radius > 0.0_wp) normal(:2) = normal(1)/radius*place(:2)
    end subroutine distance_and_normal
 
    pure subroutine bounding_box(self, lower, upper)
@@ -95,6 +99,7 @@ contains
       why = ''
       if (section%is_round() .and. self%lower(1) < 0.0_wp) why = 'must not reach below x=0, the axis'
       self%endless = .true.
+      self%ring = section%is_round()
    end subroutine take_section
 
    pure function place_name(self, down) result(name)

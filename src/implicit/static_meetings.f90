@@ -6,7 +6,7 @@ module m_static_meetings
    use m_communicator, only: communicator_t
    use m_level, only: level_t
    use m_materials, only: materials_t
-   use m_contact_point, only: candidate_t, partner_t, margin
+   use m_contact_point, only: candidate_t, partner_t, width_of, margin
    use m_candidates, only: candidates_t
    use m_partner_point, only: place_partner
    use m_pair_reactions, only: pair_of
@@ -108,7 +108,7 @@ contains
       do n = first, contact%count
          associate (it => contact%list(n))
             if (presses(pair_at(it%point)) > 0.5_wp) cycle
-            it%pressed = it%point%gap <= margin*sqrt(it%point%area)
+            it%pressed = it%point%gap <= margin*width_of(it%point)
             if (it%pressed) found = 1.0_wp
          end associate
       end do
