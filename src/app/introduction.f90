@@ -207,7 +207,8 @@ contains
             call level%region%bounding_box(lower, upper)
             if (l > 1 .and. model%method%subcycle) step = 0.5_wp*step
             own(l) = level%region%cells()
-            if (l < n) own(l) = own(l) - model%levels(l + 1)%region%cells()/8
+            if (l < n) own(l) = own(l) - model%levels(l + 1)%region%cells() &
+                                /merge(4, 8, grid%section%is_flat())
             blocks = model%communicator%sum_count(int(size(level%blocks), i8))
             particles = model%communicator%sum_count(level%particle_count())
             call console%line('level '//to_text(l)//'    '//place_text(lower)//' to '//place_text(upper)// &
@@ -227,6 +228,7 @@ contains
       end associate
       cells = sum(own)
       finest = product(int(model%levels(n)%grid%cells, i8))
+      if (model%levels(n)%grid%section%is_flat()) finest = finest/model%levels(n)%grid%cells(2)
       call console%line('cells      '//to_text(cells)//' on all levels, '// &
                         to_text(100.0_wp*cells/finest, 3)//' % of the '// &
                              to_text(finest)//' of a grid as fine as level '//to_text(n)//' everywhere')

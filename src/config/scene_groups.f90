@@ -315,6 +315,7 @@ contains
          choices([1, 2, 5, 6]) = sides
          choices(3:4) = findloc(boundary_codes, boundary_symmetry, dim=1)
       else
+         group%fewer = 4
          call group%get_choices('boundary', choices, boundary_words)
       end if
       grid%boundary = boundary_codes(max(choices, 1))
@@ -332,6 +333,7 @@ contains
          call group%get(name, pair, any_value('m'), required=.true.)
          corner = [pair(1), 0.0_wp, pair(2)]
       else
+         group%fewer = 2
          call group%get(name, corner, any_value('m'), required=.true.)
       end if
    end subroutine get_corner

@@ -146,7 +146,8 @@ contains
       end if
       if (level%follow == 0) return
       reach = level%radius/nest%cell
-      width = minval(min(center + reach, nest%grid_size) - max(center - reach, 0.0_wp))
+      width = minval(min(center + reach, nest%grid_size) - max(center - reach, 0.0_wp), &
+                     mask=.not. [.false., nest%flat, .false.])
       if (width < min_width) &
          call fail(error, exit_input, text%place('level', l, 'radius')//': with follow, '// &
                    to_text(width, 3)//' cells of what it refines are inside the grid in one direction; '// &

@@ -231,11 +231,12 @@ contains
       region = region_of_cells(self%grid, low, chosen)
    end function shifted
 
-   !> How many cells of the level it has.
+   !> How many cells of the level it has; of a section those of its plane.
    pure integer(i8) function cells(self)
       class(region_t), intent(in) :: self
       cells = product(int(self%high - self%low, i8))
       if (allocated(self%below)) cells = 8_i8*count_of(self, self%low/2, self%high/2 - 1)
+      if (self%grid%section%is_flat()) cells = cells/self%grid%cells(2)
    end function cells
 
    !> The sides of the box around it, in nodes of the level's grid.

@@ -45,14 +45,15 @@ contains
    end function unite
 
    !> The cells of the level above that a ball reaches into and, for a shell, that are not all inside the
-   !> inner ball.
+   !> inner ball; of a section all across it.
    pure type(region_t) function make_ball(grid, center, radius, inner_radius) result(region)
       type(grid_level_t), intent(in) :: grid !< the level's
       real(wp), intent(in) :: center(3)      !< in the grid, m
       real(wp), intent(in) :: radius, inner_radius !< m
       logical, allocatable :: chosen(:, :, :)
-      real(wp) :: middle(3), cell
+      real(wp) :: middle(3), cell, half(3)
       integer :: low(3), high(3), i, j, k
+      half = 0.5_wp
       cell = 2.0_wp*grid%cell
       middle = (center - grid%lower)/cell
       low = floor(max(middle - radius/cell, 0.0_wp))
@@ -60,13 +61,18 @@ contains
       ! so that what is next to a side of the grid can be filled
       where (low == 1) low = 0
       where (high == grid%cells/2 - 1) high = grid%cells/2
+      if (grid%section%is_flat()) then
+         low(2) = 0
+         high(2) = grid%cells(2)/2
+         half(2) = 0.0_wp
+      end if
       allocate (chosen(high(1) - low(1), high(2) - low(2), high(3) - low(3)))
       do k = 1, size(chosen, 3)
          do j = 1, size(chosen, 2)
             do i = 1, size(chosen, 1)
-               associate (off => low + [i, j, k] - 0.5_wp - middle)
-                  chosen(i, j, k) = norm2(max(abs(off) - 0.5_wp, 0.0_wp)) < radius/cell .and. &
-                                    norm2(abs(off) + 0.5_wp) > inner_radius/cell
+               associate (off => merge(low + [i, j, k] - 0.5_wp - middle, 0.0_wp, half > 0.0_wp))
+                  chosen(i, j, k) = norm2(max(abs(off) - half, 0.0_wp)) < radius/cell .and. &
+                                    norm2(abs(off) + half) > inner_radius/cell
                end associate
             end do
          end do

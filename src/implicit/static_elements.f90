@@ -10,6 +10,7 @@ module m_static_elements
    use m_static_nodes, only: is_own_node, tile_node
    use m_static_tiles, only: sum_up
    use m_static_system, only: static_system_t
+   use m_section_element, only: section_stiffness, corners
    implicit none
    private
    public :: static_elements_t
@@ -132,6 +133,12 @@ contains
                                                               k + ibits(c, 2, 1), b))
                      end do
                      call moduli(ghost%young(i, j, k, b), poisson, lame, shear)
+                     if (level%grid%section%is_flat()) then
+                        call self%multigrid%add([(rows(3*corners(c) + 1:3*corners(c) + 3), c=1, 4)], &
+                           section_stiffness(level%grid%section, lame, shear, level%grid%cell, &
+                                             level%grid%lower(1) + cell(1)*level%grid%cell))
+                        cycle
+                     end if
                      element = level%grid%cell*(lame*bulk_part + shear*shear_part)
                      call self%multigrid%add(rows, element)
                   end do

@@ -36,6 +36,7 @@ contains
             do j = 0, n(2) - 1
                do i = 0, n(1) - 1
                   middle = grid%lower + ([i, j, k] + 0.5_wp)*grid%cell
+                  if (grid%section%is_flat()) middle(2) = 0.0_wp ! the plane
                   do e = 1, size(scene%bodies)
                      if (.not. scene%bodies(e)%shape%min_distance(middle) < half) cycle
                      lowest(i, j, k) = min(lowest(i, j, k), scene%bodies(e)%field)

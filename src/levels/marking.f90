@@ -54,7 +54,7 @@ contains
       bound = .false.
       call weigh(marks, regions, weighed)
       call choose(grids, weighed, huge(1.0_wp), chosen)
-      call find_short(chosen, marks%budget, short, needs)
+      call find_short(grids, chosen, marks%budget, short, needs)
       if (short > 0) return
       largest = maxval([(maxval(weighed(l)%error), l=1, size(marks))])
       lowest = 0
@@ -65,7 +65,7 @@ contains
       do while (low < high) ! the lowest class that the budgets allow
          middle = (low + high + 1)/2
          call choose(grids, weighed, largest*factor**middle, tried)
-         if (within(tried, marks%budget)) then
+         if (within(grids, tried, marks%budget)) then
             low = middle
             chosen = tried
          else
@@ -128,26 +128,36 @@ contains
 
    !> The finest level whose budget is not enough for some cells, and how many it and the finer ones have; 0:
    !> none.
-   pure subroutine find_short(chosen, budget, short, needs)
+   pure subroutine find_short(grids, chosen, budget, short, needs)
+      type(grid_level_t), intent(in) :: grids(:)
       type(cells_t), intent(in) :: chosen(:)
       integer(i8), intent(in) :: budget(:)
       integer, intent(out) :: short
       integer(i8), intent(out) :: needs
       needs = 0
       do short = size(chosen), 1, -1
-         needs = needs + 8_i8*count(chosen(short)%of, kind=i8)
+         needs = needs + cells_in(grids(short), chosen(short)%of)
          if (needs > budget(short)) return
       end do
       needs = 0
    end subroutine find_short
 
+   !> How many cells of a level some of the level above are; of a section those of its plane.
+   pure integer(i8) function cells_in(grid, chosen)
+      type(grid_level_t), intent(in) :: grid
+      logical, intent(in) :: chosen(:, :, :)
+      cells_in = 8_i8*count(chosen, kind=i8)
+      if (grid%section%is_flat()) cells_in = cells_in/grid%cells(2)
+   end function cells_in
+
    !> True when they are enough for all.
-   pure logical function within(chosen, budget)
+   pure logical function within(grids, chosen, budget)
+      type(grid_level_t), intent(in) :: grids(:)
       type(cells_t), intent(in) :: chosen(:)
       integer(i8), intent(in) :: budget(:)
       integer(i8) :: needs
       integer :: short
-      call find_short(chosen, budget, short, needs)
+      call find_short(grids, chosen, budget, short, needs)
       within = short == 0
    end function within
 
@@ -187,7 +197,7 @@ contains
                            marks(l)%may)
          end if
          if (stay) then
-            if (stays(regions(l), cells)) cycle
+            if (stays(regions(l), grids(l), cells)) cycle
          end if
          regions(l) = make_region(grids(l), [0, 0, 0], cells)
       end do
@@ -214,21 +224,23 @@ contains
       end do
    end function spread_out
 
-   !> With no strip of one cell at a side of the grid.
+   !> With no strip of one cell at a side of the grid; of a section all across it.
    pure function closed(grid, cells) result(filled)
       type(grid_level_t), intent(in) :: grid
       logical, intent(in) :: cells(:, :, :)
       logical, allocatable :: filled(:, :, :)
       filled = cells
+      if (grid%section%is_flat()) filled = spread(any(cells, 2), 2, size(cells, 2))
       call leave_no_strip(grid, [0, 0, 0], filled)
    end function closed
 
    !> True when a region has all chosen cells and not too many others.
-   pure logical function stays(region, chosen)
+   pure logical function stays(region, grid, chosen)
       type(region_t), intent(in) :: region
+      type(grid_level_t), intent(in) :: grid !< of its level
       logical, intent(in) :: chosen(0:, 0:, 0:)
       integer :: i, j, k
-      stays = region%cells() <= too_many*8.0_wp*count(chosen, kind=i8)
+      stays = region%cells() <= too_many*cells_in(grid, chosen)
       if (.not. stays) return
       do k = 0, size(chosen, 3) - 1
          do j = 0, size(chosen, 2) - 1

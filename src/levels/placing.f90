@@ -102,6 +102,10 @@ contains
                 - smallest_gap) high(axis) = highest
          end associate
       end do
+      if (levels(fine)%grid%section%is_flat()) then ! all across it
+         low(2) = 0
+         high(2) = levels(fine - 1)%grid%cells(2)
+      end if
       region = make_region(levels(fine)%grid, 2*low, 2*high)
       allowed = region%cells() <= max_cells .and. &
                 .not. levels(fine - 1)%region%any_outer(low - smallest_gap + 1, high + smallest_gap - 1)

@@ -113,6 +113,10 @@ contains
       a_cell = (1.0_wp + spare_room)*maxval(scene%bodies%particles_per_cell) &
                *(bytes_per_column*self%levels(1)%table%columns + bytes_besides) &
                + real(tile_bytes, wp)/block_size**3
+      if (scene%grid%section%is_flat()) &
+         a_cell = (1.0_wp + spare_room)*maxval(real(scene%bodies%particles_per_cell, wp))**(2.0_wp/3.0_wp) &
+                  *(bytes_per_column*self%levels(1)%table%columns + bytes_besides) &
+                  + real(tile_bytes, wp)/block_size**2
       do part = 1, size(self%level_specs)
          associate (spec => self%level_specs(part))
             if (.not. spec%max_memory > 0.0_wp) cycle

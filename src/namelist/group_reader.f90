@@ -35,6 +35,7 @@ module m_group_reader
       type(error_t) :: first_fault
       logical :: describing = .false.            !< properties of a schema are made: these, of this offer
       character(len=:), allocatable :: properties, needed, offer
+      integer, public :: fewer = 0               !< above 0: what is asked for next may have so many values
    contains
       procedure :: begin
       procedure :: begin_text
@@ -320,7 +321,7 @@ contains
       expected = trim('must be a number '//range%limits())
       found = self%look_up(name, expected, required, used)
       if (self%writes(used)) self%lines = self%lines//reals_line(name, [value])
-      if (self%describing) call self%note(name, number_property(range, 1), required)
+      if (self%describing) call self%note(name, number_property(range, 1, 0), required)
       call self%check_count(found, 1, expected, good)
       if (good) call self%number(found, 1, range, value, expected)
    end subroutine get_real
@@ -338,7 +339,9 @@ contains
       expected = trim('must be '//to_text(size(values))//' numbers '//range%limits())
       found = self%look_up(name, expected, required, used)
       if (self%writes(used)) self%lines = self%lines//reals_line(name, values)
-      if (self%describing) call self%note(name, number_property(range, size(values)), required)
+      if (self%describing) call self%note(name, number_property(range, size(values), self%fewer), &
+                                          required)
+      self%fewer = 0
       call self%check_count(found, size(values), expected, good)
       if (.not. good) return
       do i = 1, size(values)
@@ -358,7 +361,7 @@ contains
       expected = trim('must be numbers '//range%limits())
       found = self%look_up(name, expected, required, used)
       if (self%writes(used) .and. allocated(values)) self%lines = self%lines//reals_line(name, values)
-      if (self%describing) call self%note(name, number_property(range, 0), required)
+      if (self%describing) call self%note(name, number_property(range, 0, 0), required)
       if (found == 0) return
       values = [(0.0_wp, i=1, size(self%group%entries(found)%values))]
       do i = 1, size(values)

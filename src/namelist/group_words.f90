@@ -140,7 +140,8 @@ contains
       if (size(values) > 1) expected = 'must be '//to_text(size(values))//' words in quotes, each one of '// &
                                        joined(words)
       found = self%look_up(name, expected, required)
-      if (self%describing) call self%note(name, words_property(words, size(values)), required)
+      if (self%describing) call self%note(name, words_property(words, size(values), self%fewer), required)
+      self%fewer = 0
       if (self%writes()) then
          self%lines = self%lines//words_line(name, words(values))
          return
@@ -176,7 +177,7 @@ contains
       expected = 'must be words in quotes, each one of '//joined(words)
       found = self%look_up(name, expected)
       if (self%writes()) self%lines = self%lines//words_line(name, pack(words, chosen))
-      if (self%describing) call self%note(name, words_property(words, 0))
+      if (self%describing) call self%note(name, words_property(words, 0, 0))
       if (found == 0) return
       chosen = .false.
       do i = 1, size(self%group%entries(found)%values)

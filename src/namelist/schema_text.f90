@@ -8,14 +8,13 @@ module m_schema_text
 
 contains
 
-   !> One number, `count` of them, or (0) as many as are given.
-   function number_property(range, count) result(text)
+   !> One number, `count` of them, or (0) as many as are given; above 0: `fewer` will do too.
+   function number_property(range, count, fewer) result(text)
       type(range_t), intent(in) :: range
-      integer, intent(in) :: count
+      integer, intent(in) :: count, fewer
       character(len=:), allocatable :: text
       text = '"type":"number"'//range%as_json()
-      if (count > 1) text = '"type":"array","items":{'//text//'},"minItems":'//to_text(count)// &
-                            ',"maxItems":'//to_text(count)
+      if (count > 1) text = lists_of(text, count, fewer)
       if (count == 0) text = '"anyOf":[{'//text//'},{"type":"array","items":{'//text//'}}]'
       if (range%unit /= '') text = text//',"description":'//json_text(trim(range%unit))
    end function number_property
@@ -26,10 +25,10 @@ contains
       text = '"type":"integer","minimum":'//to_text(least)
    end function integer_property
 
-   !> One of some words, `count` of them, or (0) any number, each once.
-   function words_property(words, count) result(text)
+   !> One of some words, `count` of them, or (0) any number, each once; above 0: `fewer` will do too.
+   function words_property(words, count, fewer) result(text)
       character(len=*), intent(in) :: words(:)
-      integer, intent(in) :: count
+      integer, intent(in) :: count, fewer
       character(len=:), allocatable :: text
       integer :: i
       text = '"type":"string"'
@@ -39,10 +38,24 @@ contains
          text = text//json_text(trim(words(i)))
       end do
       if (size(words) > 0) text = text//']'
-      if (count > 1) text = '"type":"array","items":{'//text//'},"minItems":'//to_text(count)// &
-                            ',"maxItems":'//to_text(count)
+      if (count > 1) text = lists_of(text, count, fewer)
       if (count == 0) text = '"anyOf":[{'//text//'},{"type":"array","uniqueItems":true,"items":{'//text//'}}]'
    end function words_property
+
+   !> Lists of so many, or of fewer.
+   pure function lists_of(items, count, fewer) result(text)
+      character(len=*), intent(in) :: items
+      integer, intent(in) :: count, fewer
+      character(len=:), allocatable :: text
+      text = list_of(count)
+      if (fewer > 0) text = '"anyOf":[{'//list_of(fewer)//'},{'//text//'}]'
+   contains
+      pure function list_of(n) result(list)
+         integer, intent(in) :: n
+         character(len=:), allocatable :: list
+         list = '"type":"array","items":{'//items//'},"minItems":'//to_text(n)//',"maxItems":'//to_text(n)
+      end function list_of
+   end function lists_of
 
    !> `string` or `boolean`.
    pure function plain_property(kind) result(text)

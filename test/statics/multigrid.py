@@ -11,9 +11,16 @@ PRECONDITIONERS = "jacobi", "gamg"
 
 
 def ball(
-    name, preconditioner, cell, poisson=0.3, motion="times=0, speeds=0.5", more="", law="model='neo_hookean'"
+    name,
+    preconditioner,
+    cell,
+    poisson=0.3,
+    motion="times=0, speeds=0.5",
+    more="",
+    law="model='neo_hookean'",
+    section=False,
 ):
-    return (
+    text = (
         f"&scene title='{name}', end_time=0.5 /\n&grid lower=0,0,0, upper=11,11,9, cell_size={cell}, "
         "boundary='symmetry','free','symmetry','free','roller','free' /\n"
         f"&material name='soft', {law}, density=1, young=1, poisson={poisson} /\n"
@@ -22,6 +29,12 @@ def ball(
         f"&quasi_static step=0.25, max_step=0.25, preconditioner='{preconditioner}' /\n{more}"
         f"&output directory='{name}', formats='none' /\n"
     )
+    if section:
+        text = text.replace("upper=11,11,9", "geometry='axisymmetric', upper=11,9").replace(
+            "lower=0,0,0", "lower=0,0", 1
+        )
+        text = text.replace("'symmetry','free','symmetry','free',", "'symmetry','free',")
+    return text
 
 
 def both(name, ranks=1, **scene):
@@ -43,6 +56,10 @@ def short():
     (fine, more), _ = both("fine", cell=0.5)
     require("products with the diagonal grow", fine / coarse > 1.35)
     check("products with multigrid grow by", more / few - 1, 0.15)
+    (coarse, few), _ = both("ring", cell=0.5, section=True)
+    (fine, more), _ = both("fine_ring", cell=0.25, section=True)
+    require("in a section: products with the diagonal grow", fine / coarse > 1.35)
+    check("in a section: products with multigrid grow by", more / few - 1, 0.25)
     _, on_two = both("two", ranks=2, cell=1)
     check("the same on 2 ranks, relative", on_two[1] / loads[1] - 1, 1e-6)
     (many, less), _ = both("stiff", cell=1, poisson=0.49)

@@ -11,6 +11,7 @@ from run_scene import ROOT, replace, run
 from checks import check, finish, require
 from runs import energy, same_bits, snapshots
 from gimp3d.api import Scene
+from gimp3d.run_data import History
 
 SLICE = """&scene title='slice', end_time={end} /
 &grid geometry='{geometry}', lower=0,0,0, upper=10,1,10, cell_size=1,
@@ -91,24 +92,29 @@ FLIGHT = """&scene title='flight', end_time=0.25 /
 """
 
 
+def again(name):
+    """A run that goes on from its last checkpoint but one has the same bits."""
+    shutil.copytree(name, f"{name}_again")
+    checkpoints = sorted(Path(f"{name}_again").glob("checkpoint_*.h5"))
+    checkpoints[-1].unlink()
+    done = subprocess.run(
+        [os.environ["GIMP3D"], "--restart", f"{name}_again"], capture_output=True, text=True, timeout=60
+    )
+    require(f"{name}: goes on", done.returncode == 0 and checkpoints[0].name in done.stdout)
+    same_bits(name, f"{name}_again")
+    for file in Path(name).glob("*.dat"):
+        if file.name != "cost.dat":
+            require(
+                f"{name}: {file.name}", file.read_bytes() == Path(f"{name}_again", file.name).read_bytes()
+            )
+
+
 def restart():
     """From the last checkpoint but one: the same bits, of rings that split and merge and of implicit steps
     of material that creeps. Displacements are where particles are less where they began."""
     for name, text in (("flight", FLIGHT), ("creep", CREEP)):
         run(text, 1)
-        shutil.copytree(name, f"{name}_again")
-        checkpoints = sorted(Path(f"{name}_again").glob("checkpoint_*.h5"))
-        checkpoints[-1].unlink()
-        done = subprocess.run(
-            [os.environ["GIMP3D"], "--restart", f"{name}_again"], capture_output=True, text=True, timeout=60
-        )
-        require(f"{name}: goes on", done.returncode == 0 and checkpoints[0].name in done.stdout)
-        same_bits(name, f"{name}_again")
-        for file in Path(name).glob("*.dat"):
-            if file.name != "cost.dat":
-                require(
-                    f"{name}: {file.name}", file.read_bytes() == Path(f"{name}_again", file.name).read_bytes()
-                )
+        again(name)
     first, last = snapshots("creep")
     order = [np.argsort(one.ids) for one in (first, last)]
     moved = last["position"][order[1]] - first["position"][order[0]]
@@ -154,6 +160,25 @@ def conversion():
         require(f"no section: {words}", done.returncode == 2 and words in done.stderr and done.stdout == "")
 
 
+def cut_by_a_box():
+    """A box that is cut out of a ball is a ring: nothing of the ball is left beyond the axis, where a tool would
+    start inside it."""
+    text = SPHERE.format(cell=1e-6, levels="", more="", name="half")
+    text = replace(
+        text,
+        "shape='cylinder', center=0,0,0, radius=20e-6, height=20e-6",
+        "shape='sphere', center=0,0,12e-6, radius=10e-6",
+    )
+    text = replace(
+        text, "&tool", "&cut body='body1', shape='box', lower=0,0,12e-6, upper=11e-6,1e-6,23e-6 /\n&tool"
+    )
+    text = replace(
+        text, "shape='sphere', radius=10e-6, tip=0,0,20e-6", "shape='flat', radius=11e-6, tip=0,0,12e-6"
+    )
+    done = subprocess.run([os.environ["GIMP3D"], "--plan"], input=text, capture_output=True, text=True)
+    require(f"a ball cut by a box: {done.stderr.strip()}", done.returncode == 0)
+
+
 def without_y():
     """Two and four values of &grid are three and six without y."""
     short = replace(FLIGHT, "end_time=0.25", "end_time=0.05")
@@ -166,9 +191,66 @@ def without_y():
     same_bits("four", "six")
 
 
+BALL = """&scene title='ball', end_time=0.15 /
+&grid geometry='axisymmetric', lower=0,0, upper=14,30, cell_size=1, boundary='symmetry','free','free','free' /
+{levels}&material name='m', model='neo_hookean', density=1, young=1e4, poisson=0.3 /
+&body material='m', shape='cylinder', center=0,0,3, radius=4, height=4, velocity=0,0,70 /
+&output directory='{name}', formats='hdf5', every=0.15 /
+"""
+SPHERE = """&scene title='sphere', end_time=3e-8 /
+&grid geometry='axisymmetric', lower=0,0, upper=24e-6,24e-6, cell_size={cell}, boundary='symmetry','free','roller','free' /
+{levels}&material name='aluminium', model='elastic', density=2710, young=70e9, poisson=0.33 /
+&body material='aluminium', shape='cylinder', center=0,0,0, radius=20e-6, height=20e-6 /
+&tool name='sphere', shape='sphere', radius=10e-6, tip=0,0,20e-6, times=0,1e-8, speeds=0,20 /
+{more}&output directory='{name}', formats='hdf5', every=3e-8 /
+"""
+
+
+def mean_load(name):
+    """Over the second half of the depth, N."""
+    rows = History(f"{name}/tool_sphere.dat")
+    return np.interp(np.linspace(0.25e-6, 0.39e-6, 50), rows["depth"], rows["load_z"]).mean()
+
+
+def placed_levels():
+    """Levels that are balls have the cells of boxes that cover them, to the bit; levels by a criterion the load
+    of a grid that is as fine everywhere, and go on from a checkpoint to the bit."""
+    run(BALL.format(levels="&level shape='sphere', center=0,0,14, radius=6 /\n", name="ball"), 1)
+    boxes = "".join(
+        f"&level of=1, lower=0,0,{14 - high}, upper={wide},1,{14 + high} /\n"
+        for wide, high in ((4, 6), (5, 5), (6, 4))
+    )
+    run(BALL.format(levels=boxes, name="boxes"), 1)
+    same_bits("ball", "boxes")
+    fine = 0.5e-6
+    run(SPHERE.format(cell=fine, levels="", more="", name="fine"), 1)
+    run(SPHERE.format(cell=4 * fine, levels="", more="", name="coarse"), 1)
+    by_error = "&level criterion='error', max_cells=4000 /\n"
+    for name, levels, cell in (
+        ("error", 2 * by_error, 4 * fine),
+        (
+            "stress",
+            "&level lower=0,0,16e-6, upper=8e-6,0,24e-6, criterion='stress', max_cells=1000 /\n",
+            2 * fine,
+        ),
+        ("follows", "&level shape='sphere', radius=7e-6, follow='sphere' /\n", 2 * fine),
+    ):
+        more = "&checkpoint every_steps=4 /\n" if name == "error" else ""
+        said = run(SPHERE.format(cell=cell, levels=levels, more=more, name=name), 1)
+        off = mean_load(name) / mean_load("fine") - 1
+        check(f"levels, {name}: load over that of a fine grid, off 1", off, 0.01)
+        require(f"levels, {name}: as quick as they are few", said.figures["particles_at_start"] < 7000)
+    require(
+        "control: the coarse grid is off by more", abs(mean_load("coarse") / mean_load("fine") - 1) > 0.01
+    )
+    again("error")
+
+
 slices()
 users_law()
 restart()
+placed_levels()
 conversion()
+cut_by_a_box()
 without_y()
 finish()
