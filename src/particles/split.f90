@@ -328,6 +328,7 @@ contains
       upper = values
       if (layout%section%is_round()) then
          where (shares%extensive) upper = (1.0_wp - low)/low*upper
+         upper(carried(shares)) = values(carried(shares))
          values(layout%velocity + 2) = values(layout%velocity + 2) - (1.0_wp - 2.0_wp*low)*faster(3)
          upper(layout%velocity + 2) = values(layout%velocity + 2)
       end if

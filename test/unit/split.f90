@@ -15,7 +15,8 @@ program split
    use m_chance, only: chance_t
    use m_body, only: first_id, number_ids
    use m_box, only: box_t
-   use m_constants, only: exit_input
+   use m_constants, only: exit_input, pi
+   use m_section, only: geometry_axisymmetric
    use m_errors, only: error_t
    implicit none
    real(wp), parameter :: cell = 0.3_wp
@@ -32,6 +33,7 @@ program split
    call beginnings(corners=.false.)
    call pulled(corners=.true.)
    call pulled(corners=.false.)
+   call rings()
    call too_often()
    call room_of_ids()
    call thickness()
@@ -242,6 +244,48 @@ contains
          end associate
       end do
    end subroutine beginnings
+
+   !> Rings of a section that are too wide: their halves have what they carry of a face on top, each the ring
+   !> of its own middle.
+   subroutine rings()
+      type(level_t) :: level
+      type(block_t) :: block
+      real(wp), allocatable :: values(:)
+      real(wp) :: before(3), after(3), width
+      integer :: p, splits, worn_out
+      call declare(level, corners=.true., affine=.true.)
+      level%layout%section%geometry = geometry_axisymmetric
+      allocate (values(level%table%columns))
+      before = 0.0_wp
+      do p = 1, 3
+         width = 0.45_wp*(1 + p)*cell
+         values = 0.0_wp
+         associate (at => level%layout, area => level%table%column('face_area'), &
+                    arm => level%table%column('face_arm'))
+            values(at%position) = (1 + p)*cell
+            values(at%volume) = 8.0_wp*pi*values(at%position)*width*0.3_wp*cell
+            values(at%mass) = soft(1)%density*values(at%volume)
+            values(at%domain:at%domain + 8:4) = [width, 0.1_wp*cell, 0.3_wp*cell]
+            values(area + 2) = 4.0_wp*pi*values(at%position)*width
+            values(arm + 2) = 0.3_wp*cell
+            before = before + [values(at%mass), values(area + 2), 2.0_wp*width]
+         end associate
+         call block%reserve(p, level%table%columns)
+         call block%particles%append(values, int(p, i8), 1)
+      end do
+      call split_long(block, level%table, level%layout, cell, soft, splits, worn_out)
+      call test%check(splits >= 3, 'rings: they are split')
+      after = 0.0_wp
+      do p = 1, block%particles%count
+         associate (column => block%particles%column, x => level%layout%position, &
+                    area => level%table%column('face_area'))
+            after = after + [column(p, level%layout%mass), column(p, area + 2), &
+                             column(p, area + 2)/(2.0_wp*pi*column(p, x))]
+         end associate
+      end do
+      call test%check_close(after/before, [1.0_wp, 1.0_wp, 1.0_wp], 1.0e-12_wp, &
+                            'rings: mass, area and width of the faces carried')
+   end subroutine rings
 
    !> Particles up to 4 cells long, split until none is too long.
    subroutine pieces(corners, affine)
