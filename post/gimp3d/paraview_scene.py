@@ -11,7 +11,8 @@ xvfb-run -a pvpython ...)
    --frames       a picture of every snapshot too, paraview_<step>.png
    --no-picture   the state alone, which needs no display
 
-A particle is the parallelepiped of its `domain`, or the box of its `half_size`. The stress is the recovered
+A particle is the parallelepiped of its `domain`, or the box of its `half_size`; of an axisymmetric scene the
+ring of these, a quarter of which is left open. The stress is the recovered
 one where the run has it. Tools without an end are drawn as far as half the size of the body; all are cut at
 symmetry sides. Pyramids and tools from files are shown from tools.xdmf (tool_surface.py), whole. Exit
 status 2, and one sentence, if the run is not one that can be drawn."""
@@ -69,6 +70,32 @@ for name in fields.keys():
     output.CellData.append(fields[name], name)
 """
 )
+
+# Of the section of a body of revolution: each particle's quadrilateral as a ring about the z axis, open
+# towards the view, in so many pieces; what would lie beyond the axis is drawn in to it.
+RINGS = (
+    GRID
+    + """
+fields, centre = inputs[0].PointData, np.asarray(inputs[0].Points)
+n = len(centre)
+if "domain" in fields.keys():
+    edges = np.asarray(fields["domain"]).reshape(n, 3, 3) # half edge k is row k
+else:
+    edges = np.asarray(fields["half_size"]).reshape(n, -1, 1) * np.eye(3)
+signs = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+corners = centre[:, None] + np.einsum("ck,nki->nci", signs, edges[:, [0, 2]])
+radius, height = np.maximum(corners[..., 0], 0), corners[..., 2]
+pieces = int(np.clip({most} // (n or 1), 12, 54))
+angle = np.linspace({start}, {stop}, pieces + 1)[None, :, None]
+x, y = radius[:, None] * np.cos(angle), radius[:, None] * np.sin(angle)
+points = np.stack(np.broadcast_arrays(x, y, height[:, None]), axis=-1)
+first = 4 * (np.arange(n)[:, None] * (pieces + 1) + np.arange(pieces)[None, :]).reshape(-1, 1)
+make(points.reshape(-1, 3), first + np.arange(8), 12)
+for name in fields.keys():
+    output.CellData.append(np.repeat(np.asarray(fields[name]), pieces, axis=0), name)
+"""
+)
+RING_PIECES, RING_START, RING_STOP = 2_000_000, -0.5 * math.pi, math.pi  # cells at most; rad
 
 TOOL = (
     GRID
@@ -155,10 +182,16 @@ class Run:
         if not self.times:
             raise Unreadable(f"{directory}: the run has not written a snapshot yet")
 
+    def geometry(self):
+        """3d, axisymmetric or plane_strain."""
+        return self.case["grid"][0].get("geometry", ["3d"])[0].lower()
+
     def sides(self):
         """For each axis, whether the grid's lower and upper side are symmetry planes, and where these are
-        (m)."""
+        (m). None where a section is revolved."""
         grid = self.case["grid"][0]
+        if self.geometry() == "axisymmetric":
+            return [((False, grid["lower"][i]), (False, grid["upper"][i])) for i in range(3)]
         kinds = [kind == "symmetry" for kind in grid["boundary"]]
         return [((kinds[2 * i], grid["lower"][i]), (kinds[2 * i + 1], grid["upper"][i])) for i in range(3)]
 
@@ -187,6 +220,7 @@ class Scene:
         self.view.UseColorPaletteForBackground = 0
         self.view.Background = [1.0, 1.0, 1.0]
         self.view.OrientationAxesLabelColor = [0.0, 0.0, 0.0]
+        self.round = run.geometry() == "axisymmetric"
         self.draw_particles()
         self.others = None
         reach = 0.5 * (self.bounds[:, 1] - self.bounds[:, 0]).max()
@@ -206,7 +240,9 @@ class Scene:
         self.particles = simple.ProgrammableFilter(
             registrationName="particles",
             Input=self.snapshots,
-            Script=PARTICLES,
+            Script=RINGS.format(most=RING_PIECES, start=RING_START, stop=RING_STOP)
+            if self.round
+            else PARTICLES,
             OutputDataSetType="vtkUnstructuredGrid",
         )
         self.particles.UpdatePipeline(self.last)
@@ -304,11 +340,15 @@ class Scene:
         simple.ColorBy(shown, ("CELLS", "level"))
         colours = simple.GetColorTransferFunction("level")
         colours.ApplyPreset("Inferno (matplotlib)", True)
+        if self.round:  # on the open face of the revolved section
+            shown.Scale = [-1.0, -1e-3, 1.0]
         shown.SetScalarBarVisibility(self.view, False)
         return levels
 
     def write_time(self):
-        time = simple.AnnotateTimeFilter(registrationName="time", Input=self.snapshots, Format="{time:g} s")
+        words = {"axisymmetric": ", section revolved by 270 degrees", "plane_strain": ", plane strain"}
+        text = "{time:g} s" + words.get(self.run.geometry(), "")
+        time = simple.AnnotateTimeFilter(registrationName="time", Input=self.snapshots, Format=text)
         shown = simple.Show(time, self.view)
         shown.Color, shown.FontSize, shown.WindowLocation = [0.0, 0.0, 0.0], 20, "Upper Left Corner"
 
@@ -319,7 +359,7 @@ class Scene:
         up = -unit_axis(tools[0]) if tools else np.array([0.0, 0.0, 1.0])
         vertical = int(np.argmax(np.abs(up)))
         flat = [i for i in range(3) if i != vertical]
-        cut = {i: [held for held, _ in self.run.sides()[i]] for i in flat}
+        cut = {i: [self.round or held for held, _ in self.run.sides()[i]] for i in flat}
         way = np.zeros(3)
         for i in flat:
             way[i] = -1.0 if cut[i][0] else 1.0 if cut[i][1] else 0.0

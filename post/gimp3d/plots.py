@@ -104,6 +104,9 @@ class Run:
     @property
     def title(self):
         title = (self.case.get("scene", [{}])[0].get("title") or [self.directory.name])[0]
+        word = self.case.get("grid", [{}])[0].get("geometry", ["3d"])[0].lower().replace("_", " ")
+        if word != "3d" and word not in title.lower():
+            title += f" ({word})"
         return title.replace("$", r"\$")  # a title is no formula
 
     def tool_history(self, tool):

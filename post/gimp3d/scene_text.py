@@ -22,6 +22,24 @@ def written(value):
     return repr(value)
 
 
+def is_flat(grid):
+    """Whether the values of &grid say that the scene is given by its section."""
+    return grid.get("geometry", ["3d"])[0].lower() != "3d"
+
+
+def with_y(values):
+    """The values of a scene, with what a section may leave out: one cell along y, between symmetry sides."""
+    for grid in values.get("grid", []):
+        if not (is_flat(grid) and "cell_size" in grid):
+            continue
+        for name, y in (("lower", 0.0), ("upper", grid["cell_size"][0])):
+            if len(grid.get(name, [])) == 2:
+                grid[name] = [grid[name][0], y, grid[name][1]]
+        if len(grid.get("boundary", [])) == 4:
+            grid["boundary"] = [*grid["boundary"][:2], "symmetry", "symmetry", *grid["boundary"][2:]]
+    return values
+
+
 class Scene:
     """The text of a scene. Groups are counted from 0, among those of their name."""
 
@@ -49,8 +67,8 @@ class Scene:
         return found
 
     def values(self):
-        """As run_data.read_namelists."""
-        return read_namelists(self.text)
+        """As run_data.read_namelists; of a section with y."""
+        return with_y(read_namelists(self.text))
 
     def set(self, group, variable, value, which=None):
         """Give a variable a value (None: take it out) in all groups of a name, or in one."""

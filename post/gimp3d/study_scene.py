@@ -3,7 +3,7 @@
 import math
 import re
 
-from .scene_text import BadSetting, Scene
+from .scene_text import BadSetting, Scene, is_flat
 from .study_body import set_body
 
 usual_cells = 1000000  # max_cells of a level that does not say it
@@ -11,17 +11,20 @@ usual_cells = 1000000  # max_cells of a level that does not say it
 
 def set_cell(scene, cell, setting):
     """Cells of another size; the grid's upper corner moves out to whole cells, and with it the sides of
-    levels that lie there."""
+    levels that lie there. A section stays one cell thick."""
     values = scene.values()
     grid = values["grid"][0]
     counts = [math.ceil((high - low) / cell * (1 - 1e-9)) for low, high in zip(grid["lower"], grid["upper"])]
+    if is_flat(grid):
+        counts[1] = 1
+        scene.set("grid", "lower", grid["lower"])
     scene.set("grid", "cell_size", float(cell))
     # not rounded: surfaces lie on nodes
     upper = [low + count * cell for low, count in zip(grid["lower"], counts)]
     scene.set("grid", "upper", upper)
     for which, level in enumerate(values.get("level", [])):
         if "criterion" in level:  # as large a part of the body
-            more = (grid["cell_size"][0] / cell) ** 3
+            more = (grid["cell_size"][0] / cell) ** (2 if is_flat(grid) else 3)
             count = level.get("max_cells", [usual_cells])[0]
             scene.set("level", "max_cells", math.ceil(count * more), which)
             if "max_memory" in level:
@@ -76,7 +79,7 @@ def set_placed(scene, share, setting):
     begins where the first of the study's `level_boxes` is, if there are any."""
     grid = scene.values()["grid"][0]
     cells = [round((high - low) / grid["cell_size"][0]) for low, high in zip(grid["lower"], grid["upper"])]
-    most = max(fewest_placed, math.ceil(8 * share * math.prod(cells)))
+    most = max(fewest_placed, math.ceil((4 if is_flat(grid) else 8) * share * math.prod(cells)))
     scene.remove("level")
     box = {}
     for lower, upper in setting.level_boxes[:1]:

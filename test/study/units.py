@@ -331,6 +331,15 @@ for scene in sorted([*ROOT.glob("input/*.nml"), *ROOT.glob("input/tutorial/*.nml
         for rung in family.rungs():
             scene_of(scene.read_text(), rung, given)
 plain = SimpleNamespace(level_boxes=[])
+for name in ("axisymmetric_hertz", "axisymmetric_taylor", "axisymmetric_indenter"):  # four values and six
+    text = (ROOT / f"input/{name}.nml").read_text()
+    cell = 0.5 * scene_of(text, {}, plain).values()["grid"][0]["cell_size"][0]
+    new = scene_of(text, {"cell": cell}, plain).values()
+    require(
+        f"cell: the section of {name} stays one cell thick",
+        new["grid"][0]["upper"][1] == cell
+        and all(len(level["upper"]) == 3 for level in new.get("level", [])),
+    )
 shipped = {
     name: (ROOT / f"input/{name}.nml").read_text() for name in ("film", "hertz", "cone_levels", "billet")
 }
