@@ -1,14 +1,36 @@
 #!/bin/sh
-# Builds gimp3d as packaging/Dockerfile does: by Docker, Podman or Apptainer where one works, else its commands in a
-# chroot of Debian 12 (as root, with debootstrap).   packaging/check.sh [DIRECTORY]     (of the chroot: /var/tmp/gimp3d-bookworm)
+# Builds the image of packaging/Dockerfile: by Docker, Podman, Buildah or Apptainer, the first that works; else its commands
+# in a chroot of Debian 12 (as root, with debootstrap). Buildah needs no service: where no registry of images answers it
+# begins with a Debian 12 that debootstrap makes, and then runs the demonstration in the image.
+#    packaging/check.sh [DIRECTORY]     (of the chroot, or of Debian for Buildah: /var/tmp/gimp3d-bookworm)
 set -eu
 cd "$(dirname "$0")/.."
+directory=${1:-/var/tmp/gimp3d-bookworm}
 for engine in docker podman; do
    if command -v $engine >/dev/null && $engine info >/dev/null 2>&1; then
       exec $engine build -t gimp3d -f packaging/Dockerfile .
    fi
 done
+if command -v buildah >/dev/null; then
+   export BUILDAH_ISOLATION=chroot STORAGE_DRIVER=vfs
+   base=docker.io/library/debian:bookworm-slim
+   if ! buildah inspect --type image $base >/dev/null 2>&1 && ! timeout 60 buildah pull -q $base; then
+      echo 'No registry answers: Debian 12 by debootstrap'
+      mirror=$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' 'Label: Debian' 'Component: main' | head -n 1)
+      [ -d "$directory/usr" ] || debootstrap --variant=minbase bookworm "$directory" "$mirror"
+      container=$(buildah from scratch)
+      tar -C "$directory" -c . >"$directory.tar"
+      buildah add -q "$container" "$directory.tar" /
+      buildah commit -q "$container" $base
+      buildah rm "$container" >/dev/null
+      rm "$directory.tar"
+   fi
+   buildah bud --pull-never -t gimp3d -f packaging/Dockerfile .
+   container=$(buildah from --pull-never gimp3d)
+   buildah run "$container" sh -c 'mpirun -n 2 gimp3d </usr/local/share/gimp3d/input/demo.nml && gimp3d-post plots out/demo'
+   exec buildah rm "$container"
+fi
 command -v apptainer >/dev/null && exec apptainer build --force gimp3d.sif packaging/gimp3d.def
 echo 'No container engine works here: the commands of the Dockerfile in a chroot'
 commands=$(sed -n 's/^RUN //p' packaging/Dockerfile | sed 's/cd \/gimp3d && //; s/ DESTDIR=\/image//; s/ && rm -rf .*//' | sed '$!s/$/ \&\&/')
-exec test/systems/chroot.sh bookworm "${1:-/var/tmp/gimp3d-bookworm}" sh -c "$commands"
+exec test/systems/chroot.sh bookworm "$directory" sh -c "$commands"

@@ -1,3 +1,5 @@
+from spack_repo.builtin.build_systems.makefile import MakefilePackage
+
 from spack.package import *
 
 
@@ -13,11 +15,13 @@ class Gimp3d(MakefilePackage):
     depends_on("c", type="build")
     depends_on("pkgconfig", type="build")
     depends_on("mpi")
-    depends_on("petsc@3.18: +mpi ~complex")
-    depends_on("hdf5@1.10: +mpi +fortran +hl")
+    depends_on("petsc@3.18: +mpi ~complex ~int64")
+    depends_on("hdf5@1.10: +mpi +fortran")
     depends_on("metis@5: ~int64")
-
-    parallel = True
+    depends_on("python@3.11:", type="run")
+    for name in ("numpy", "scipy", "h5py", "matplotlib"):
+        depends_on(f"py-{name}", type="run")
+    depends_on("vtk@9.3: +python", type="run")
 
     def settings(self):
         spec = self.spec
@@ -27,6 +31,7 @@ class Gimp3d(MakefilePackage):
             f"HDF5_INC={spec['hdf5'].prefix.include}",
             f"HDF5_LIB={spec['hdf5'].prefix.lib}",
             f"METIS_INC={spec['metis'].prefix.include}",
+            f"METIS_LIB={spec['metis'].prefix.lib}",
             f"PREFIX={self.prefix}",
         ]
 

@@ -8,6 +8,7 @@ load_depth.png (or load_depth_NAME.png with several tools)  the load on the tool
 section.png    stress on a plane through the tool's axis, from the last particle file; the edges of levels as
 thin lines
 energy.png     the energies over time
+time_per_step.png   of the thesis's E1: this run among measured and modelled times over ranks
 
    --finite-elements FILE.csv   a reference curve (may be repeated)
    --no-theory                  without the half-space curve
@@ -583,6 +584,33 @@ def energies(run, history):
     return figure
 
 
+# ---- time per step over ranks
+# ------------------------------------------------------------------------------------------------------------
+
+
+def draw_time_per_step(run, options):
+    """The thesis's figure 17: what `make bench BENCH=ranks` has found, and this run."""
+    stored = Path(__file__).resolve().parents[2] / "test" / "references" / "time_per_step.csv"
+    costs = run.directory / "cost.dat"
+    if run.title.split(" ")[0] != "E1:" or not stored.is_file() or not costs.is_file():
+        return False
+    table = np.genfromtxt(stored, delimiter=",", names=True)
+    facts = dict(re.findall(r'^AUXDATA (\w+)="([^"]*)"', costs.read_text(), re.M))
+    million = float(facts["particles_at_start"]) / 1e6
+    mine = 1e3 * float(facts["elapsed_s"]) / float(facts["steps"]) / million
+    figure, axes = plt.subplots(figsize=(5.0, 3.6), layout="constrained")
+    each = table["particles"] / 1e6
+    axes.loglog(table["ranks"], table["model_ms"] / each, "o-", color="C0", ms=3, label="model, 8 a cell")
+    axes.loglog(table["ranks"], table["measured_ms"] / each, "s", color="C3", label="measured, 8 a cell")
+    axes.loglog([float(facts["ranks"])], [mine], "D", color="C2", label="this run")
+    axes.set(xlabel="ranks", ylabel="time per step and million particles [ms]", title=run.title)
+    axes.set_xticks(table["ranks"], [f"{ranks:.0f}" for ranks in table["ranks"]], minor=False)
+    axes.minorticks_off()
+    axes.legend()
+    save(figure, run.directory / "time_per_step.png")
+    return True
+
+
 def main():
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -596,7 +624,8 @@ def main():
         if not options.run.is_dir():
             raise Unreadable(f"{options.run}: no such directory")
         run = Run(options.run)
-        drawn = [draw(run, options) for draw in (draw_load_depth, draw_section, draw_energy)]
+        drawers = (draw_load_depth, draw_section, draw_energy, draw_time_per_step)
+        drawn = [draw(run, options) for draw in drawers]
     except Unreadable as error:
         print(error, file=sys.stderr)
         return 1

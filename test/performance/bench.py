@@ -6,8 +6,8 @@ usage: bench.py WORK GIMP3D TOOLS [--repeats N] [--only TABLE ...] [--build TEXT
 [--coarrays FOLDER]
 
 TOOLS is the folder of the programs probe, barrier, ranks, halo and laws. TABLE is one of before, tips, block,
-contact, compliance, pairs, growth, large, levels, model, checkpoint, guard, laws, taichi, halo, section (all
-when none is named).
+contact, compliance, pairs, growth, large, levels, model, ranks, checkpoint, guard, laws, taichi, halo,
+section (all when none is named).
 before   scenes as users run them (users.py), beside the program that --before names, in user time
 tips     a tip of 4224, 10^5 and 10^6 triangles beside the same tip as a cone: what contact takes
 block    an elastic block of 32 x 32 x 32 cells in motion: moved along (ordered), deforming as it hits a wall
@@ -23,6 +23,7 @@ levels   E4 on three nested levels: 1 and 2 ranks measured, 4, 6, 9 as messages,
 and a model
 model    what 1 to 512 ranks would give: the program's own placement and message lists (ranks.f90), a measured
          time an update, and an assumed network; the counts are checked against runs on 2, 4 and 8 ranks
+ranks    E1 with its pressure: time a step on 1 and 2 ranks, and by that model up to 64
 guard    what the guard costs: its row of cost.dat, and runs with copies and looks 20 times as often and
          without them, in turn; with --before, a program built before there was a guard, runs of that in turn
          too: they tell what the looks in every step cost
@@ -611,6 +612,48 @@ def table_model(bench):
             raise SystemExit('the model counts other messages than the run')
 
 
+def table_ranks(bench):
+    """E1 with its pressure and 8 particles a cell, as in the thesis, whose figure 17 this is: milliseconds a
+    step, the mean of 100, measured in turn on 1 and 2 ranks, and by the model, which knows the pace of one
+    rank alone. Writes time_per_step.csv, which `make plots` draws for E1 when it stands in test/references."""
+    scene = lambda out: shipped_scene('scaling_pressure', out, 0.361, history=False).replace(
+        'particles_per_cell=1 ', 'particles_per_cell=8 '
+    )
+    rounds = [[bench.run(ranks, scene(bench.out())) for ranks in (1, 2)] for _ in range(bench.repeats)]
+    of_step = lambda c: stepping(c) * 1e-6 * c['updates'] / c['ranks'] / c['steps']  # ms
+    measured = {ranks: statistics.median(of_step(both[ranks - 1]) for both in rounds) for ranks in (1, 2)}
+    ratio = statistics.median(of_step(one) / of_step(two) for one, two in rounds)
+    particles = rounds[0][0]['particles']
+    head(['ranks', 'measured [ms a step]', 'model [ms a step]', 'model off [%]', 'speed-up by the model'])
+    lines = []
+    for p in placements(bench, scene(bench.out()), (1, 2, 3, 4, 6, 9, 16, 32, 64)):
+        work = p['work_most'] * measured[1] / particles
+        network = (
+            2 * p['messages_most'] * LATENCY
+            + p['bytes_most'] / BANDWIDTH
+            + 2 * math.log2(p['ranks']) * LATENCY
+        )
+        model, seen = work + 1e3 * network, measured.get(p['ranks'])
+        lines.append(f'{p["ranks"]},{particles},{seen or "nan"},{model:.6g}')
+        row(
+            [
+                str(p['ranks']),
+                f'{seen:.2f}' if seen else '',
+                f'{model:.2f}',
+                f'{100 * (model / seen - 1):+.1f}' if seen else '',
+                f'{measured[1] / model:.2f}',
+            ]
+        )
+    (bench.work / 'time_per_step.csv').write_text(
+        'ranks,particles,measured_ms,model_ms\n' + '\n'.join(lines) + '\n'
+    )
+    print(
+        f'\n{rounds[0][0]["steps"]} steps, {particles} particles; 2 ranks: {ratio:.2f} times as fast as one '
+        f'(median of {bench.repeats} rounds in turn). Assumed: {LATENCY * 1e6:.0f} us a message, '
+        f'{BANDWIDTH * 1e-9:.0f} GB/s a rank, nothing overlapped.'
+    )
+
+
 def table_levels(bench):
     """E4 on three levels, its first steps: measured on 1 and 2 ranks; messages, bytes, balance and a model
     for more."""
@@ -1093,6 +1136,7 @@ def main():
         'growth': table_growth,
         'large': table_large,
         'model': table_model,
+        'ranks': table_ranks,
         'levels': table_levels,
         'guard': table_guard,
         'laws': table_laws,

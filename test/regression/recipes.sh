@@ -14,12 +14,22 @@ rm -rf packaging/spack/__pycache__
 for name in mpi petsc hdf5 metis; do
    grep -q "depends_on(\"$name" packaging/spack/package.py || fail "Spack's recipe lacks $name"
 done
-for name in openmpi petsc hdf5 metis; do grep -q "  - $name" packaging/conda/meta.yaml || fail "conda's recipe lacks $name"; done
+for name in openmpi petsc hdf5 metis; do grep -q "  - $name" packaging/conda/recipe.yaml || fail "conda's recipe lacks $name"; done
+if "$PYTHON" -c 'import rattler_build' 2>/dev/null; then
+   "$PYTHON" - packaging/conda/recipe.yaml <<'END' || fail "rattler-build does not take conda's recipe"
+import sys
+from rattler_build import Stage0Recipe, VariantConfig
+rendered = Stage0Recipe.from_file(sys.argv[1]).render(VariantConfig())
+assert len(rendered) == 1, rendered
+END
+fi
+for name in build out config.mk; do grep -qx "$name" .dockerignore || fail ".dockerignore lacks $name: it would be copied"; done
 version=$(sed -n "s/.*program_version = '\(.*\)'/\1/p" src/base/constants.f90)
-grep -q "version: \"$version\"" packaging/conda/meta.yaml || fail "conda's recipe is not of version $version"
+grep -q "version: \"$version\"" packaging/conda/recipe.yaml || fail "conda's recipe is not of version $version"
 make -s install SETUP=no BUILD="$BUILD" DESTDIR="$WORK/image" >/dev/null || fail 'make install'
 "$WORK/image/usr/local/bin/gimp3d" --version | grep -q "$version" || fail 'the installed program has another version'
 "$WORK/image/usr/local/bin/gimp3d" --plan "$WORK/image/usr/local/share/gimp3d/input/hertz.nml" >"$WORK/plan" || fail 'no plan'
+[ -e "$WORK/image/usr/local/share/gimp3d/input/die.stl" ] || fail 'the die of rod_die.nml is not installed'
 [ -e "$WORK/image/usr/local/share/gimp3d/tools/vumat/utilities.f" ] || fail 'tools/vumat is not installed'
 "$GIMP3D" --schema >"$WORK/schema.json" || fail 'no schema'
 "$PYTHON" - "$WORK/schema.json" doc/user/input.md <<'END' || fail 'the schema and doc/user/input.md differ'
