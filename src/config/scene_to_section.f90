@@ -41,7 +41,20 @@ contains
       scene%grid%upper(2) = scene%grid%cell_size
       scene%grid%boundary(3:4) = boundary_symmetry
       call raise_loads(scene, whole)
+      call turn_probes(scene)
    end subroutine make_section
+
+   !> Probes go to the section, round the axis or along y.
+   subroutine turn_probes(scene)
+      type(scene_t), intent(inout) :: scene
+      integer :: i
+      do i = 1, size(scene%probes)
+         associate (place => scene%probes(i)%position)
+            if (scene%grid%section%is_round()) place(1) = hypot(place(1), place(2))
+            place(2) = 0.0_wp
+         end associate
+      end do
+   end subroutine turn_probes
 
    !> How many times what is modelled the whole body is: by the sides of symmetry through the axis. Where it
    !> is modelled as a whole, half of it goes.

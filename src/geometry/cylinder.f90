@@ -15,6 +15,7 @@ module m_cylinder
       real(wp) :: center(3) = 0.0_wp !< of the base, m
       real(wp) :: radius = 0.0_wp    !< m
       real(wp) :: height = 0.0_wp    !< m
+      logical :: endless = .false.   !< along its axis: of a section across that
    contains
       procedure :: variables
       procedure :: distance_and_normal
@@ -50,6 +51,7 @@ contains
       across = norm2(radial)
       if (across > 0.0_wp) radial = radial/across
       excess = [across - self%radius, abs(along - 0.5_wp*self%height) - 0.5_wp*self%height]
+      if (self%endless) excess(2) = -huge(1.0_wp)
       distance = norm2(max(excess, 0.0_wp)) + min(maxval(excess), 0.0_wp)
       if (distance > 0.0_wp) then
          share = max(excess, 0.0_wp)/distance
@@ -73,8 +75,8 @@ contains
       real(wp), intent(in) :: place(3)
       real(wp) :: along
       along = dot_product(place - self%center, self%axis)
-      inside = along > 0.0_wp .and. along < self%height .and. sum((place - self%center)**2) &
-               - along**2 < self%radius**2
+      inside = (self%endless .or. (along > 0.0_wp .and. along < self%height)) &
+               .and. sum((place - self%center)**2) - along**2 < self%radius**2
    end function inside
 
    pure real(wp) function volume(self)
@@ -105,7 +107,7 @@ contains
       character(len=:), allocatable, intent(out) :: variable
       thickness = 2.0_wp*self%radius
       variable = 'radius'
-      if (self%height >= thickness) return
+      if (self%endless .or. self%height >= thickness) return
       thickness = self%height
       variable = 'height'
    end subroutine thinnest
@@ -119,9 +121,7 @@ contains
          why = why_not_round(section, self%center, self%axis)
       else
          why = why_not_along(section, self%axis)
-         if (why == '' .and. .not. (min(0.0_wp, self%height*self%axis(2)) < -self%center(2) &
-                                    .and. max(0.0_wp, self%height*self%axis(2)) > -self%center(2))) &
-            why = 'must reach across y=0, the section'
+         self%endless = .true.
       end if
    end subroutine take_section
 

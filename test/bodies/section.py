@@ -208,30 +208,39 @@ def press_fits_long():
 
 
 def socket():
-    """A ball in a socket of its radius, four cells a radius, in a quasi-static step: where nothing acts they
-    press by nothing."""
+    """A ball in a socket of its radius, and a cylinder in its hole, four cells a radius, in a quasi-static step:
+    where nothing acts they press by nothing."""
+    for geometry, shape in (
+        ("axisymmetric", "shape='sphere', center=0,0,0"),
+        ("plane_strain", "shape='cylinder', axis=0,1,0, center=0,0,0, height=2e-3"),
+    ):
+        fit_of(geometry, shape)
+
+
+def fit_of(geometry, shape):
     radius = 8e-3
     run = Run(
-        "socket",
-        "&scene title='ball in a socket', end_time=0.5 /\n"
+        f"socket_{geometry}",
+        "&scene title='a body in its socket', end_time=0.5 /\n"
         + GRID.format(
-            geometry="axisymmetric",
+            geometry=geometry,
             lower="0,0",
             upper="16e-3,16e-3",
             cell=2e-3,
             boundary="'symmetry','free','symmetry','free'",
         )
         + f"""&material name='steel', model='elastic', density=7800, young=210e9, poisson=0.3 /
-&body name='a', material='steel', shape='sphere', center=0,0,0, radius={radius}, contact_group='a' /
-&body name='b', material='steel', shape='sphere', center=0,0,0, radius=14e-3, contact_group='b' /
-&cut body='b', shape='sphere', center=0,0,0, radius={radius} /
+&body name='a', material='steel', {shape}, radius={radius}, contact_group='a' /
+&body name='b', material='steel', {shape}, radius=14e-3, contact_group='b' /
+&cut body='b', {shape}, radius={radius} /
 &quasi_static step=0.25, max_step=0.25 /
 &output directory='OUT', history_every=0.1, formats='none' /
 """,
     )
     time, force = run.force()
-    pressure = np.abs(force[time > 0.4, 2]).mean() / (math.pi * radius**2)
-    check("ball in a socket of its radius: pressure over 1e-6 E", pressure / 2.1e5, 1e-3)
+    area = math.pi * radius**2 if geometry == "axisymmetric" else radius
+    pressure = np.abs(force[time > 0.4, 2]).mean() / area
+    check(f"{geometry}, a body in a socket of its radius: pressure over 1e-6 E", pressure / 2.1e5, 1e-3)
 
 
 CASES = {

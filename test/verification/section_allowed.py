@@ -150,6 +150,11 @@ def conversion():
             [os.environ["GIMP3D"], "--plan"], input=done.stdout, capture_output=True, text=True
         )
         require(f"{name}: the section is a scene", said.returncode == 0)
+    for name in ("rolling", "taylor", "spheres", "press_fit"):
+        done = section_of((ROOT / f"input/{name}.nml").read_text())
+        require(f"{name}: has a section {done.stderr.strip()}", done.returncode == 0)
+        probes = Scene(done.stdout).values().get("probe", [])
+        require(f"{name}: probes are in it", all(probe["position"][1] == 0 for probe in probes))
     for text, words in (
         ((ROOT / "input/indenter.nml").read_text(), "a box is no body of revolution"),
         ((ROOT / "input/vickers.nml").read_text(), "body of revolution"),
