@@ -131,12 +131,6 @@ contains
       type(output_lock_t), intent(inout) :: lock
       type(error_t), intent(inout) :: error
       type(resumption_t) :: resumption
-      integer :: e
-      do e = 1, size(scene%effects)
-         if (scene%effects(e)%it%name == 'atoms') call fail(error, exit_input, &
-            scene%effects(e)%it%group_text()//': a run with atoms cannot be gone on with yet; start it anew')
-      end do
-      if (error%happened()) return
       allocate (facts%probes(size(scene%probes)), source=0_i8)
       call before%checkpoint%restore(model, balance, facts, error)
       call before%checkpoint%close()

@@ -162,7 +162,6 @@ contains
 
    subroutine start_guard(self)
       class(simulation_t), intent(inout) :: self
-      if (allocated(self%model%atoms)) self%scene%guard%retries = 0 ! nobody keeps their state
       call self%guard%start(self%scene%guard, self%model, longest_step(self%scene, self%model, &
             self%model%time))
    end subroutine start_guard

@@ -5,6 +5,7 @@ module m_coupling
    use m_kinds, only: wp
    use m_constants, only: exit_files, exit_input, exit_numerical
    use m_errors, only: error_t, fail
+   use m_atom_fields, only: defects_of, write_dump_of => write_dump
    use m_atoms, only: atoms_t
    use m_box, only: box_t
    use m_carved, only: uncarve
@@ -19,6 +20,9 @@ module m_coupling
    use m_scene, only: domain_corners, scene_t, update_usl
    use m_shape, only: shape_t
    use m_text, only: si, to_text
+   use m_tool, only: tool_t
+   use m_tool_reactions, only: reaction_t
+   use m_tool_repulsion, only: push_reals, tool_push_t
    implicit none
    private
    public :: build_atoms
@@ -34,11 +38,19 @@ module m_coupling
       integer :: timer = 0                         !< row of the timers
       real(wp) :: behind = 0.0_wp                  !< how far the atoms are behind the particles, s
       real(wp) :: work = 0.0_wp                    !< that the bonds have done on the continuum, J
+      type(tool_push_t), allocatable :: pushes(:)  !< (tools) of the last step
+      real(wp) :: tool_work = 0.0_wp               !< that tools have done on the atoms, J
+      real(wp) :: booked = 0.0_wp                  !< the same as the tools' own books have it, J
       character(len=:), allocatable :: note        !< for the first lines of a run
       integer :: counts(2) = 0                     !< real atoms, pads
    contains
       procedure :: build
       procedure :: couple
+      procedure :: push_tools
+      procedure :: follow_contact
+      procedure :: book
+      procedure :: get_state
+      procedure :: set_state
       procedure :: row
       procedure :: write_dump
       procedure :: file
@@ -74,7 +86,7 @@ contains
       class(shape_t), allocatable :: body
       real(wp) :: lower(3), upper(3)
       character(len=:), allocatable :: complaint
-      integer :: host, k
+      integer :: host, ignored, k
       self%spec = spec
       call refuse_others(spec, scene, error)
       if (.not. error%happened()) call find_host(spec, scene, host, body, lower, upper, error)
@@ -84,6 +96,7 @@ contains
       if (communicator%is_root()) then
          allocate (self%atoms)
          call self%atoms%create(spec, body, lower, upper, complaint)
+         if (complaint == '') ignored = defects_of(self%atoms)
          if (complaint /= '') call fail(error, exit_input, spec%group_text()//': '//complaint)
          self%counts = [self%atoms%real_atoms, self%atoms%atoms - self%atoms%real_atoms]
       end if
@@ -92,6 +105,7 @@ contains
       if (communicator%is_root()) call self%atoms%set_velocities(scene%bodies(host)%velocity, &
             reshape([(0.0_wp, k=1, 9)], [3, 3]), [0.0_wp, 0.0_wp, 0.0_wp])
       call MPI_Bcast(self%counts, 2, MPI_INTEGER, 0, communicator%comm)
+      allocate (self%pushes(size(scene%tools)))
       call describe(self, scene, host)
    end subroutine build
 
@@ -112,9 +126,7 @@ contains
       end do
       if (scene%fields() > 1) what = 'several contact groups'
       if (scene%time%stress_update /= update_usl) what = 'a stress_update other than ''usl'''
-      if (scene%checkpoint%present) what = '&checkpoint'
       if (scene%time%domain /= domain_corners) what = 'a domain other than ''corners'''
-      if (size(scene%tools) > 0) what = '&tool'
       if (what /= '') &
          call fail(error, exit_input, spec%group_text()//': not with '//what//' yet; leave it out')
    end subroutine refuse_others
@@ -217,6 +229,9 @@ contains
                      ' pads; lattice of '//si(crystal%constant, 'm')//', c11, c12, c44 '// &
                      si(ours(1), 'Pa')//', '//si(ours(2), 'Pa')//', '//si(ours(3), 'Pa')//', '// &
                      si(density, 'kg/m3')
+         if (size(scene%tools) > 0) self%note = self%note//'; tools press atoms nearer than '// &
+            si(self%spec%tool_distance, 'm')//' by '//si(self%spec%tool_stiffness, 'N/m2')// &
+            ' times the square of the rest'
          if (apart > alike) self%note = self%note//'; warning: those of the body are '// &
             si(theirs(1), 'Pa')//', '//si(theirs(2), 'Pa')//', '//si(theirs(3), 'Pa')// &
             ': the interface throws waves back'
@@ -227,14 +242,15 @@ contains
 
    !> Collective: the atoms go through a step of the finest level, whose nodes have been solved without them;
    !> the bonds' impulses change the motion of its nodes.
-   subroutine couple(self, communicator, level, is_nested, time_step, error)
+   subroutine couple(self, communicator, level, is_nested, tools, time, time_step, error)
       class(coupling_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
       logical, intent(in) :: is_nested         !< there is a coarser level
-      real(wp), intent(in) :: time_step !< s
+      type(tool_t), intent(in) :: tools(:)     !< as the step before has left them
+      real(wp), intent(in) :: time, time_step  !< s
       type(error_t), intent(inout) :: error
-      real(wp) :: box(3, 2), books(2)
+      real(wp) :: box(3, 2), books(3)
       box = 0.0_wp
       if (communicator%is_root()) box = reshape([minval(self%atoms%x, 2), maxval(self%atoms%x, 2)], [3, 2])
       call MPI_Bcast(box, 6, MPI_DOUBLE_PRECISION, 0, communicator%comm)
@@ -242,11 +258,13 @@ contains
       call self%patch%gather(communicator, level)
       books = 0.0_wp
       if (communicator%is_root()) then
-         call move_atoms(self, time_step, error)
-         books = [self%patch%work(time_step), merge(1.0_wp, 0.0_wp, error%happened())]
+         call move_atoms(self, tools, time, time_step, error)
+         books = [self%patch%work(time_step), merge(1.0_wp, 0.0_wp, error%happened()), self%tool_work]
       end if
+      if (size(tools) > 0) call MPI_Bcast(self%pushes, push_reals*size(tools), MPI_DOUBLE_PRECISION, 0, &
+                                          communicator%comm)
       call MPI_Bcast(self%patch%given, size(self%patch%given), MPI_DOUBLE_PRECISION, 0, communicator%comm)
-      call MPI_Bcast(books, 2, MPI_DOUBLE_PRECISION, 0, communicator%comm)
+      call MPI_Bcast(books, 3, MPI_DOUBLE_PRECISION, 0, communicator%comm)
       if (is_nested) then
          if (.not. level%region%holds_box(box(:, 1), box(:, 2), edge_margin*level%grid%cell)) &
             call fail(error, exit_numerical, self%spec%group_text()//': the pads have come within '// &
@@ -255,59 +273,151 @@ contains
       if (books(2) > 0.0_wp .or. error%happened()) call communicator%agree(error)
       if (error%happened()) return
       self%work = self%work + books(1)
+      self%tool_work = books(3)
       call self%patch%apply(level, time_step)
    end subroutine couple
 
    !> Rank 0: the atoms, which are half a step behind the places of particles, as the velocities of these are,
    !> go through the second half of the step before and the first half of this one, for which the pads get the
    !> velocities that the forces of now will give to the nodes (theory.md, eq. atoms-step).
-   subroutine move_atoms(self, time_step, error)
+   subroutine move_atoms(self, tools, time, time_step, error)
       class(coupling_t), intent(inout) :: self
-      real(wp), intent(in) :: time_step
+      type(tool_t), intent(in) :: tools(:)
+      real(wp), intent(in) :: time, time_step
       type(error_t), intent(inout) :: error
       character(len=:), allocatable :: complaint
       real(wp), allocatable :: given(:, :, :, :)
       integer :: lost
+      logical :: rests
       complaint = ''
+      rests = .not. self%behind > 0.0_wp
       associate (patch => self%patch, atoms => self%atoms)
          atoms%missed = 0
          patch%given = 0.0_wp
-         if (self%behind > 0.0_wp) call atoms%advance(self%behind, patch, complaint)
+         if (size(tools) > 0) call atoms%repulsion%place_tools(tools, -self%behind)
+         if (.not. rests) call atoms%advance(self%behind, patch, complaint, anew=.true.)
+         if (size(tools) > 0) call atoms%repulsion%begin_step(time, time_step)
          given = patch%given
          patch%given = 0.0_wp
          call patch%add(atoms%place, atoms%force, time_step, atoms%missed)
-         lost = atoms%pad_velocities(patch)
+         lost = atoms%pad_velocities(patch, expects=.true.)
          patch%given = given
          self%behind = 0.5_wp*time_step
-         if (complaint == '') call atoms%advance(self%behind, patch, complaint)
-         lost = lost + atoms%pad_velocities(patch)
+         if (complaint == '') call atoms%advance(self%behind, patch, complaint, anew=rests)
+         if (size(tools) > 0) then
+            self%pushes = atoms%repulsion%pushes
+            self%tool_work = self%tool_work + sum(self%pushes%work)
+            atoms%repulsion%pushes = tool_push_t()
+         end if
+         lost = lost + atoms%pad_velocities(patch, expects=.false.)
          if (complaint /= '') then
             call fail(error, exit_numerical, self%spec%group_text()//': '//complaint)
          else if (lost > 0 .or. atoms%missed > 0) then
             call fail(error, exit_numerical, self%spec%group_text()//': the material around the box has '// &
                       'gone from '//to_text(lost + atoms%missed)//' pads or bonds; leave more of it '// &
                       'around the box')
-         else if (atoms%bonds%is_broken()) then
+         else if (atoms%bonds%is_broken() .and. .not. self%spec%goes_on()) then
             call fail(error, exit_numerical, self%spec%group_text()//': a defect has come to the '// &
                       'interface (bonds there have changed by '// &
-                      to_text(100.0_wp*atoms%bonds%worst, 3)//' %); make the box larger')
+                      to_text(100.0_wp*atoms%bonds%worst, 3)//' %); make the box larger, or go on with '// &
+                      'at_interface=''go_on''')
          end if
       end associate
    end subroutine move_atoms
 
-   !> A row of the history: kinetic energy, potential energy since the start, temperature, momentum, angular
-   !> momentum, work on the continuum, largest centro-symmetry. Zeros on other ranks than 0.
-   function row(self) result(values)
+   !> Rank 0: what the atoms have done to the tools in the step counts with the reactions of this rank.
+   subroutine push_tools(self, reactions, time_step)
       class(coupling_t), intent(in) :: self
-      real(wp) :: values(11)
+      type(reaction_t), intent(inout) :: reactions(:) !< (tools)
+      real(wp), intent(in) :: time_step !< s
+      integer :: t
+      if (.not. associated(self%atoms)) return
+      do t = 1, size(reactions)
+         reactions(t)%load = reactions(t)%load + self%pushes(t)%impulse/time_step
+         reactions(t)%moment = reactions(t)%moment + self%pushes(t)%turn/time_step
+      end do
+   end subroutine push_tools
+
+   !> Collective: contact has changed the motion of the nodes, or not: the pads go with what came of it, and
+   !> expect as much in the next step.
+   subroutine follow_contact(self, communicator, level, changed)
+      class(coupling_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(in) :: level
+      logical, intent(in) :: changed !< the same on all ranks
+      integer :: lost
+      if (changed) call self%patch%gather(communicator, level)
+      if (.not. associated(self%atoms)) return
+      associate (atoms => self%atoms)
+         atoms%pad_push = 0.0_wp
+         if (.not. changed) return
+         self%patch%given = 0.0_wp
+         atoms%pad_push = -atoms%pad_speed
+         lost = atoms%pad_velocities(self%patch, expects=.false.) ! as many as in this step before
+         atoms%pad_push = atoms%pad_push + atoms%pad_speed
+      end associate
+   end subroutine follow_contact
+
+   !> The tools have given way: their work of the step on the atoms as their own books have it, by one
+   !> velocity for the whole step. It is none on the particles.
+   subroutine book(self, tools)
+      class(coupling_t), intent(inout) :: self
+      type(tool_t), intent(in) :: tools(:)
+      integer :: t
+      do t = 1, size(tools)
+         self%booked = self%booked - dot_product(self%pushes(t)%impulse, tools(t)%velocity) &
+                       - dot_product(self%pushes(t)%turn, tools(t)%spin)
+      end do
+   end subroutine book
+
+   !> What the next step reads besides particles and tools: places and velocities of all atoms (LAMMPS's
+   !> units), what contact adds to the speeds of pads (m/s), zeros on other ranks than 0; what has been
+   !> booked.
+   subroutine get_state(self, x, v, pushes, books)
+      class(coupling_t), intent(in) :: self
+      real(wp), allocatable, intent(out) :: x(:, :), v(:, :), pushes(:, :), books(:)
+      allocate (x(3, sum(self%counts)), v(3, sum(self%counts)), pushes(3, self%counts(2)), source=0.0_wp)
+      books = [self%behind, self%work, self%tool_work, self%booked, 0.0_wp, 0.0_wp, 0.0_wp]
+      if (.not. associated(self%atoms)) return
+      call self%atoms%get_motion(x, v)
+      pushes = self%atoms%pad_push
+      books(5:) = [self%atoms%quenched, self%atoms%turning]
+   end subroutine get_state
+
+   subroutine set_state(self, x, v, pushes, books)
+      class(coupling_t), intent(inout) :: self
+      real(wp), intent(in) :: x(:, :), v(:, :), pushes(:, :), books(:)
+      self%behind = books(1)
+      self%work = books(2)
+      self%tool_work = books(3)
+      self%booked = books(4)
+      if (.not. associated(self%atoms)) return
+      call self%atoms%set_motion(x, v)
+      self%atoms%pad_push = pushes
+      self%atoms%quenched = books(5)
+      self%atoms%turning = books(6:7)
+   end subroutine set_state
+
+   !> A row of the history (io/atoms_output.f90 has the columns). Zeros on other ranks than 0.
+   function row(self) result(values)
+      class(coupling_t), intent(inout) :: self
+      real(wp) :: values(17)
       values = 0.0_wp
       if (.not. associated(self%atoms)) return
-      values(1) = self%atoms%kinetic()
-      values(2) = self%atoms%potential() - self%atoms%first_potential
-      values(3) = self%atoms%temperature()
-      call self%atoms%momentum(values(4:6), values(7:9))
-      values(10) = self%work
-      values(11) = self%atoms%disorder()
+      associate (atoms => self%atoms)
+         values(1) = atoms%kinetic()
+         values(2) = atoms%potential() - atoms%first_potential
+         values(3) = atoms%temperature()
+         call atoms%momentum(values(4:6), values(7:9))
+         values(10) = self%work
+         values(11) = atoms%disorder()
+         values(12) = atoms%largest_force()
+         values(13) = self%tool_work
+         values(14) = atoms%repulsion%energy
+         values(15) = atoms%quenched
+         values(16) = defects_of(atoms)
+         values(17) = atoms%bonds%worst
+      end associate
    end function row
 
    !> Name of a file of theirs.
@@ -324,7 +434,7 @@ contains
       character(len=*), intent(in) :: path
       type(error_t), intent(inout) :: error
       if (.not. associated(self%atoms)) return
-      call self%atoms%write_dump(path)
+      call write_dump_of(self%atoms, path)
       if (self%atoms%lammps%fault /= '') call fail(error, exit_files, self%atoms%lammps%fault)
    end subroutine write_dump
 

@@ -7,12 +7,13 @@ module m_dynamics
    use m_kinds, only: wp
    use m_atoms, only: atoms_t
    use m_bonds, only: bonds_t
-   use m_bravais, only: basis_of
    use m_lammps, only: lammps_t
+   use m_lammps_potential, only: set_potential
+   use m_lattice_sites, only: fill_lattice
    use m_node_patch, only: node_patch_t
-   use m_potential, only: pair_styles, potential_t
    use m_potential_file, only: joule_per_ev
    use m_shape, only: shape_t
+   use m_tool_repulsion, only: tool_repulsion_t
    use m_text, only: exact_text
    implicit none
    private
@@ -22,6 +23,7 @@ module m_dynamics
    real(wp), parameter :: kg_of_mass = mvv2e*joule_per_ev*1.0e-4_wp !< of 1 g/mol, as LAMMPS moves it
    real(wp), parameter :: skin = 1.0_wp  !< of neighbour lists, angstrom
    real(wp), parameter :: margin = 30.0_wp !< angstrom, in which atoms may leave the first box around all
+   real(wp), parameter :: first_turn = 0.1_wp !< of FIRE
    real(wp), parameter :: boltzmann = 1.380649e-23_wp !< J/K
 
    type, public :: dynamics_t
@@ -32,9 +34,16 @@ module m_dynamics
       real(wp), allocatable :: x(:, :)               !< (3, atoms), m: real ones first
       real(wp), allocatable :: force(:, :), place(:, :) !< of the bonds now: on the continuum, N; where, m
       real(wp) :: first_potential = 0.0_wp           !< J
+      real(wp), allocatable :: pad_speed(:, :)       !< (3, pads) as nodes without contact have it, m/s
+      real(wp), allocatable :: pad_push(:, :)        !< (3, pads) what contact added in the last step, m/s
       type(atoms_t) :: spec
       type(node_patch_t), pointer :: patch => null() !< that takes the impulses of the steps that go on
+      type(tool_repulsion_t) :: repulsion            !< of tools
       integer :: steps = 0, done = 0                 !< of them
+      logical :: anew = .false.                      !< the forces at the start of these are found anew
+      real(wp) :: turning(2) = [first_turn, 0.0_wp]  !< of quenching: how far velocities turn, steps downhill
+      real(wp) :: quenched = 0.0_wp                  !< energy that quenching has taken, J
+      logical, allocatable :: sound(:)               !< (real atoms) those that had the lattice's neighbours
       integer :: missed = 0                          !< bonds that no node with mass is near to
       real(wp) :: time_step = 0.0_wp                 !< of atoms, s
    contains
@@ -47,9 +56,10 @@ module m_dynamics
       procedure :: disorder
       procedure :: temperature
       procedure :: momentum
-      procedure :: write_dump
       procedure :: place_all
       procedure :: largest_force
+      procedure :: get_motion
+      procedure :: set_motion
    end type dynamics_t
 
 contains
@@ -72,6 +82,9 @@ contains
       call self%bonds%build(places, self%real_atoms, spec%crystal%potential, lower, upper, &
                             nearest(spec%crystal%neighbours))
       allocate (self%force(3, size(self%bonds%share)), self%place(3, size(self%bonds%share)), source=0.0_wp)
+      associate (pads => self%atoms - self%real_atoms)
+         allocate (self%pad_speed(3, pads), self%pad_push(3, pads), source=0.0_wp)
+      end associate
       call begin(self, complaint)
    contains
       pure real(wp) function nearest(vectors)
@@ -79,47 +92,6 @@ contains
          nearest = sqrt(minval(sum(vectors**2, 1)))
       end function nearest
    end subroutine create
-
-   !> Real atoms inside the box, then pads outside it as far as real atoms' neighbours have neighbours.
-   subroutine fill_lattice(spec, body, lower, upper, places, real_atoms)
-      type(atoms_t), intent(in) :: spec
-      class(shape_t), intent(in) :: body
-      real(wp), intent(in) :: lower(3), upper(3)
-      real(wp), allocatable, intent(out) :: places(:, :)
-      integer, intent(out) :: real_atoms
-      real(wp), allocatable :: points(:, :)
-      real(wp) :: a, x(3), pad, gap, normal(3), shift
-      integer :: low(3), high(3), i, j, k, b, n, pass, kind
-      points = basis_of(spec%crystal%lattice)
-      a = spec%crystal%constant
-      pad = spec%pad_width()
-      shift = merge(0.5_wp, 0.25_wp, size(points, 2) == 1) ! planes of atoms stand midway between the faces
-      low = floor(-pad*[1, 1, 1]/a) - 1
-      high = ceiling((upper - lower + pad)/a) + 1
-      do pass = 1, 2
-         n = 0
-         do kind = 1, 2
-            do k = low(3), high(3)
-               do j = low(2), high(2)
-                  do i = low(1), high(1)
-                     do b = 1, size(points, 2)
-                        x = lower + a*(points(:, b) + shift + real([i, j, k], wp))
-                        if (any(x < lower - pad) .or. any(x > upper + pad)) cycle
-                        if (all(x > lower .and. x < upper) .neqv. kind == 1) cycle
-                        if (kind == 1 .and. norm2(x - spec%void) < spec%void_radius) cycle
-                        call body%distance_and_normal(x, gap, normal)
-                        if (gap >= 0.0_wp) cycle
-                        n = n + 1
-                        if (pass == 2) places(:, n) = x
-                     end do
-                  end do
-               end do
-            end do
-            if (kind == 1) real_atoms = n
-         end do
-         if (pass == 1) allocate (places(3, n))
-      end do
-   end subroutine fill_lattice
 
    !> LAMMPS with these atoms, at rest, and the forces.
    subroutine begin(self, complaint)
@@ -155,7 +127,10 @@ contains
          call lmp%command('group pads type 2')
          call lmp%command('compute pe all pe/atom')
          call lmp%command('compute csp all centro/atom '//merge('12', '8 ', self%spec%crystal%lattice == 1))
+         call lmp%command('compute stress all stress/atom NULL')
+         call lmp%command('compute cna all cna/atom '//exact_text(between_neighbours(self)/angstrom))
          call lmp%command('compute sum atoms reduce sum c_pe')
+         call lmp%command('compute pull atoms reduce sum c_stress[1]')
          call lmp%command('compute disorder atoms reduce max c_csp')
          call lmp%command('fix bonds all external pf/callback 1 1')
          if (lmp%fault == '') call lmp%call_back('bonds', at, c_loc(self))
@@ -163,30 +138,23 @@ contains
          if (self%spec%drag > 0.0_wp) call lmp%command('fix drag atoms viscous '// &
                           exact_text(self%mass/kg_of_mass*mvv2e*self%spec%drag*1.0e-12_wp))
          call lmp%command('fix move all nve')
-         call lmp%command('thermo_style custom step c_sum c_disorder')
+         call lmp%command('thermo_style custom step c_sum c_pull') ! asks for energies, stresses of atoms
          call lmp%command('run 0 post no')
          if (lmp%fault /= '') complaint = lmp%fault
       end associate
-      if (complaint == '') self%first_potential = self%potential()
+      if (complaint /= '') return
+      self%repulsion%stiffness = self%spec%tool_stiffness
+      self%repulsion%distance = self%spec%tool_distance
+      self%first_potential = self%potential()
    end subroutine begin
 
-   subroutine set_potential(lmp, potential)
-      type(lammps_t), intent(inout) :: lmp
-      type(potential_t), intent(in) :: potential
-      character(len=:), allocatable :: style
-      style = 'pair_style '//trim(pair_styles(potential%style))
-      if (.not. potential%embeds) then
-         call lmp%command(style//' '//exact_text(potential%cutoff/angstrom))
-         call lmp%command('pair_coeff * * '//exact_text(potential%epsilon/joule_per_ev)//' '// &
-                          exact_text(potential%sigma/angstrom))
-      else if (potential%element == '') then
-         call lmp%command(style)
-         call lmp%command('pair_coeff * * '//potential%path)
-      else
-         call lmp%command(style)
-         call lmp%command('pair_coeff * * '//potential%path//' '//potential%element//' '//potential%element)
-      end if
-   end subroutine set_potential
+   !> Midway between the distances of nearest neighbours that count for the class of an atom and those that do
+   !> not, m (LAMMPS, compute cna/atom).
+   pure real(wp) function between_neighbours(self) result(r)
+      type(dynamics_t), intent(in) :: self
+      r = self%spec%crystal%constant*merge(0.25_wp*sqrt(2.0_wp) + 0.5_wp, 0.5_wp*(1.0_wp + sqrt(2.0_wp)), &
+                                           self%spec%crystal%lattice == 1)
+   end function between_neighbours
 
    !> What LAMMPS calls when it knows the forces of a step: the places of all atoms, and the forces of bonds.
    subroutine forces_known(context, step, count, ids, x, f) bind(c, name='gimp3d_forces_of_atoms_known')
@@ -207,55 +175,138 @@ contains
       end do
       call c_f_pointer(f, rows, [1])
       call c_f_pointer(rows(1), places, [3, int(count)])
-      places = 0.0_wp ! nothing but the potential acts on them
+      places = 0.0_wp ! what acts on them besides the potential
       call self%bonds%forces(self%spec%crystal%potential, self%x, self%force, self%place)
+      if (allocated(self%repulsion%pairs)) then
+         if (associated(self%patch) .and. .not. self%anew) &
+            self%repulsion%ahead = self%repulsion%ahead + self%time_step
+         call self%repulsion%find_forces(self%x)
+         call add_repulsion(self, ids(:count), places)
+      end if
       if (.not. associated(self%patch)) return
-      self%done = self%done + 1
-      factor = self%time_step
-      if (self%done == self%steps) factor = 0.5_wp*factor
-      call self%patch%add(self%place, self%force, factor, self%missed)
+      if (self%anew) then
+         call book(self, 0.5_wp)
+      else
+         if (self%spec%quenches()) call quench(self, places)
+         self%done = self%done + 1
+         call book(self, merge(0.5_wp, 1.0_wp, self%done == self%steps))
+      end if
+      self%anew = .false.
    end subroutine forces_known
 
+   !> The forces of tools, in LAMMPS's units and order.
+   subroutine add_repulsion(self, ids, forces)
+      type(dynamics_t), intent(in) :: self
+      integer(c_int), intent(in) :: ids(:)
+      real(c_double), intent(inout) :: forces(:, :)
+      integer, allocatable :: row(:)
+      integer :: k
+      allocate (row(self%atoms))
+      row(ids) = [(k, k=1, size(ids))]
+      do k = 1, size(self%repulsion%pairs, 2)
+         associate (f => forces(:, row(self%repulsion%pairs(1, k))))
+            f = f + self%repulsion%force(:, k)*(angstrom/joule_per_ev)
+         end associate
+      end do
+   end subroutine add_repulsion
+
+   !> What the forces of now do to nodes and tools, for a share of an atoms' step.
+   subroutine book(self, share)
+      type(dynamics_t), intent(inout) :: self
+      real(wp), intent(in) :: share
+      call self%patch%add(self%place, self%force, share*self%time_step, self%missed)
+      if (allocated(self%repulsion%pairs)) call self%repulsion%book(self%x, share*self%time_step)
+   end subroutine book
+
+   !> Bitzek's FIRE with a given step: velocities turn towards the forces; all atoms stop when these do work
+   !> against them. `more` acts besides LAMMPS's own forces.
+   subroutine quench(self, more)
+      type(dynamics_t), intent(inout) :: self
+      real(c_double), intent(in) :: more(:, :)
+      real(c_double), pointer :: v(:, :), f(:, :)
+      integer(c_int), pointer :: ids(:)
+      real(wp) :: one(3), power, speed, push, after
+      integer :: n
+      call self%lammps%vectors('v', v)
+      call self%lammps%vectors('f', f)
+      call self%lammps%numbers('id', ids)
+      power = 0.0_wp
+      speed = 0.0_wp
+      push = 0.0_wp
+      do n = 1, size(ids)
+         if (ids(n) > self%real_atoms) cycle
+         one = f(:, n) + more(:, n)
+         power = power + dot_product(v(:, n), one)
+         speed = speed + sum(v(:, n)**2)
+         push = push + sum(one**2)
+      end do
+      associate (turn => self%turning(1), count => self%turning(2))
+         count = merge(count + 1.0_wp, 0.0_wp, power > 0.0_wp)
+         if (.not. power > 0.0_wp) turn = first_turn
+         if (count > 5.5_wp) turn = 0.99_wp*turn
+         after = 0.0_wp
+         do n = 1, size(ids)
+            if (ids(n) > self%real_atoms) cycle
+            one = f(:, n) + more(:, n)
+            v(:, n) = merge((1.0_wp - turn)*v(:, n) + turn*sqrt(speed/max(push, tiny(push)))*one, 0.0_wp, &
+                            power > 0.0_wp)
+            after = after + sum(v(:, n)**2)
+         end do
+      end associate
+      self%quenched = self%quenched + 0.5_wp*self%mass*(speed - after)/metre_a_second**2
+   end subroutine quench
+
    !> Move the atoms through a time in equal steps; the impulses of the bonds go to the nodes of the patch.
-   subroutine advance(self, time, patch, complaint)
+   !> `anew`: neighbours and forces are found from places alone, so that going on from these gives the same.
+   subroutine advance(self, time, patch, complaint, anew)
       class(dynamics_t), intent(inout), target :: self
       real(wp), intent(in) :: time !< s
       type(node_patch_t), intent(inout), target :: patch
       character(len=:), allocatable, intent(out) :: complaint
+      logical, intent(in) :: anew
       character(len=16) :: steps
       real(wp) :: before
       before = self%time_step
       self%steps = max(1, ceiling(time/self%spec%step*(1.0_wp - 1.0e-12_wp)))
       self%time_step = time/self%steps
-      if (abs(self%time_step - before) > 0.0_wp) then ! LAMMPS takes it where a run begins anew
-         call self%lammps%command('timestep '//exact_text(self%time_step*1.0e12_wp))
-         call self%lammps%command('run 0 post no')
-      end if
+      self%anew = anew .or. abs(self%time_step - before) > 0.0_wp ! LAMMPS takes it where a run begins anew
+      if (self%anew) call self%lammps%command('timestep '//exact_text(self%time_step*1.0e12_wp))
+      if (allocated(self%repulsion%pairs)) call self%repulsion%search(self%x, self%real_atoms)
       self%done = 0
       self%patch => patch
-      call patch%add(self%place, self%force, 0.5_wp*self%time_step, self%missed)
       write (steps, '(i0)') self%steps
-      call self%lammps%command('run '//trim(steps)//' pre no post no')
+      if (self%anew) then
+         call self%lammps%command('run '//trim(steps)//' post no')
+      else
+         if (allocated(self%repulsion%pairs)) call self%repulsion%find_forces(self%x) ! of the pairs of now
+         call book(self, 0.5_wp)
+         call self%lammps%command('run '//trim(steps)//' pre no post no')
+      end if
       self%patch => null()
       complaint = self%lammps%fault
    end subroutine advance
 
-   !> The pads go with the nodes of the patch; how many none with mass is near to.
-   integer function pad_velocities(self, patch) result(lost)
+   !> The pads go with the nodes of the patch, and with `expects` as contact has changed their speeds in the
+   !> step before; how many none with mass is near to.
+   integer function pad_velocities(self, patch, expects) result(lost)
       class(dynamics_t), intent(inout) :: self
       type(node_patch_t), intent(in) :: patch
+      logical, intent(in) :: expects
       real(c_double), pointer :: v(:, :)
       integer(c_int), pointer :: ids(:)
       real(wp) :: velocity(3)
       logical :: reached
-      integer :: n
+      integer :: n, pad
+      lost = 0
       call self%lammps%vectors('v', v)
       call self%lammps%numbers('id', ids)
-      lost = 0
       do n = 1, size(ids)
-         if (ids(n) <= self%real_atoms) cycle
+         pad = ids(n) - self%real_atoms
+         if (pad < 1) cycle
          call patch%velocity_at(self%x(:, ids(n)), velocity, reached)
          if (.not. reached) lost = lost + 1
+         self%pad_speed(:, pad) = velocity
+         if (expects) velocity = velocity + self%pad_push(:, pad)
          v(:, n) = metre_a_second*velocity
       end do
    end function pad_velocities
@@ -364,12 +415,32 @@ contains
       end do
    end subroutine momentum
 
-   !> A dump that OVITO and LAMMPS read: types 1 (atoms) and 2 (pads), in LAMMPS's metal units.
-   subroutine write_dump(self, path)
+   !> Places and velocities of all atoms as LAMMPS has them (angstrom, angstrom/ps), (3, atoms) by number.
+   subroutine get_motion(self, x, v)
+      class(dynamics_t), intent(in) :: self
+      real(wp), intent(out) :: x(:, :), v(:, :)
+      real(c_double), pointer :: values(:, :)
+      integer(c_int), pointer :: ids(:)
+      call self%lammps%numbers('id', ids)
+      call self%lammps%vectors('x', values)
+      x(:, ids) = values
+      call self%lammps%vectors('v', values)
+      v(:, ids) = values
+   end subroutine get_motion
+
+   !> Put all atoms to such places with such velocities.
+   subroutine set_motion(self, x, v)
       class(dynamics_t), intent(inout) :: self
-      character(len=*), intent(in) :: path
-      call self%lammps%command('write_dump all custom '//path//' id type x y z vx vy vz c_pe c_csp '// &
-                               'modify sort id format float %.10g')
-   end subroutine write_dump
+      real(wp), intent(in) :: x(:, :), v(:, :)
+      real(c_double), pointer :: values(:, :)
+      integer(c_int), pointer :: ids(:)
+      call self%lammps%numbers('id', ids)
+      call self%lammps%vectors('x', values)
+      values = x(:, ids)
+      call self%lammps%vectors('v', values)
+      values = v(:, ids)
+      self%x = angstrom*x
+      call self%lammps%command('run 0 post no')
+   end subroutine set_motion
 
 end module m_dynamics

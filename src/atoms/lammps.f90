@@ -97,6 +97,8 @@ module m_lammps
       procedure :: call_back
       procedure :: vectors
       procedure :: numbers
+      procedure :: of_atoms
+      procedure :: rows_of_atoms
       procedure :: finish
    end type lammps_t
 
@@ -277,6 +279,32 @@ contains
       address = self%c_atom(self%handle, name//c_null_char)
       if (c_associated(address)) call c_f_pointer(address, values, [self%setting('nlocal')])
    end subroutine numbers
+
+   !> The number that a compute makes of each atom of this rank. Valid until the next command.
+   subroutine of_atoms(self, id, values)
+      class(lammps_t), intent(in) :: self
+      character(len=*), intent(in) :: id
+      real(c_double), pointer, intent(out) :: values(:)
+      type(c_ptr) :: address
+      values => null()
+      address = self%c_compute(self%handle, id//c_null_char, 1_c_int, 1_c_int)
+      if (c_associated(address)) call c_f_pointer(address, values, [self%setting('nlocal')])
+   end subroutine of_atoms
+
+   !> The `columns` numbers that a compute makes of each atom, as above: (columns, atoms).
+   subroutine rows_of_atoms(self, id, columns, values)
+      class(lammps_t), intent(in) :: self
+      character(len=*), intent(in) :: id
+      integer, intent(in) :: columns
+      real(c_double), pointer, intent(out) :: values(:, :)
+      type(c_ptr), pointer :: rows(:)
+      type(c_ptr) :: address
+      values => null()
+      address = self%c_compute(self%handle, id//c_null_char, 1_c_int, 2_c_int)
+      if (.not. c_associated(address)) return
+      call c_f_pointer(address, rows, [1])
+      call c_f_pointer(rows(1), values, [columns, self%setting('nlocal')])
+   end subroutine rows_of_atoms
 
    subroutine finish(self)
       class(lammps_t), intent(inout) :: self

@@ -12,6 +12,9 @@ module m_atoms
    public :: atoms_t
 
    integer, parameter :: longest_path = 1000
+   real(wp), parameter :: usual_stiffness = 100.0_wp !< of the repulsion by tools, in c11
+   character(len=6), parameter :: relaxations(2) = ['none  ', 'quench']
+   character(len=5), parameter :: meetings(2) = ['stop ', 'go_on']
 
    type, extends(effect_t) :: atoms_t
       character(len=:), allocatable :: label   !< name of the group, for files
@@ -22,6 +25,10 @@ module m_atoms
       real(wp) :: mass = 0.0_wp        !< of an atom, kg; 0: as the potential says
       real(wp) :: step = 2.0e-15_wp    !< longest of the atoms, s
       real(wp) :: drag = 0.0_wp        !< rate at which the atoms' velocities decay, 1/s
+      integer :: relaxation = 1        !< among `relaxations`
+      integer :: meeting = 1           !< among `meetings`: what a defect at the interface comes to
+      real(wp) :: tool_stiffness = 0.0_wp !< of the repulsion by tools, N/m2; 0: the usual one
+      real(wp) :: tool_distance = -1.0_wp !< from a tool at which that begins, m; below 0: the usual one
       real(wp) :: void(3) = 0.0_wp     !< centre of a ball without atoms, m
       real(wp) :: void_radius = 0.0_wp !< m
    contains
@@ -29,6 +36,8 @@ module m_atoms
       procedure :: hooks
       procedure :: hollow
       procedure :: pad_width
+      procedure :: quenches
+      procedure :: goes_on
    end type atoms_t
 
 contains
@@ -54,6 +63,12 @@ contains
                      .not. group%is_writing())
       call group%get('step', self%step, above(0.0_wp, 's', at_most=1.0e-14_wp))
       call group%get('drag', self%drag, at_least(0.0_wp, '1/s'))
+      call group%get_choice('relaxation', self%relaxation, relaxations)
+      call group%get_choice('at_interface', self%meeting, meetings)
+      call group%get('tool_stiffness', self%tool_stiffness, above(0.0_wp, 'N/m2'), &
+                     used=self%tool_stiffness > 0.0_wp .or. .not. group%is_writing())
+      call group%get('tool_distance', self%tool_distance, at_least(0.0_wp, 'm'), &
+                     used=self%tool_distance >= 0.0_wp .or. .not. group%is_writing())
       call group%get('void_center', self%void, any_value('m'), used=self%void_radius > 0.0_wp .or. &
                      .not. group%is_writing())
       call group%get('void_radius', self%void_radius, at_least(0.0_wp, 'm'))
@@ -70,7 +85,22 @@ contains
       if (.not. found) call group%refuse('constant', 'has no stable lattice at rest within 15 % of '// &
                                          si(near, 'm')//'; allowed: a constant near one at which '// &
                                          trim(lattices(self%crystal%lattice))//' bears no stress')
+      if (.not. found) return
+      if (.not. self%tool_stiffness > 0.0_wp) self%tool_stiffness = usual_stiffness*self%crystal%c11
+      if (self%tool_distance < 0.0_wp) self%tool_distance = self%crystal%surface_depth()
    end subroutine variables
+
+   !> True where the atoms' motion is taken out so that they follow loads at rest.
+   pure logical function quenches(self)
+      class(atoms_t), intent(in) :: self
+      quenches = self%relaxation == 2
+   end function quenches
+
+   !> True where the run goes on when a defect has come to the interface.
+   pure logical function goes_on(self)
+      class(atoms_t), intent(in) :: self
+      goes_on = self%meeting == 2
+   end function goes_on
 
    pure type(hooks_t) function hooks(self)
       class(atoms_t), intent(in) :: self

@@ -102,7 +102,8 @@ contains
       type(error_t), intent(inout) :: error
       if (l < size(model%levels)) return
       call model%timers%enter(model%atoms%timer)
-      call model%atoms%couple(model%communicator, model%levels(l), l > 1, clock%step, error)
+      call model%atoms%couple(model%communicator, model%levels(l), l > 1, model%contact%tools, clock%time, &
+                              clock%step, error)
    end subroutine couple_atoms
 
    !> What particles do in the main part of a step, by when it is the turn of their stress.
@@ -177,6 +178,9 @@ contains
       if (l == size(model%levels)) then
          call model%contact%apply(model%communicator, model%levels(l), model%materials, &
                                   model%levels(l)%near_ranks, clock%time, clock%step, error)
+         if (.not. allocated(model%atoms)) return
+         call model%atoms%push_tools(model%contact%reactions, clock%step)
+         call model%atoms%follow_contact(model%communicator, model%levels(l), model%contact%has_problem)
       else
          call forbid_contact(model%contact%tools, model%levels(l), model%levels(size(model%levels)), error)
          if (model%contact%pairs%active()) &
@@ -192,9 +196,10 @@ contains
       type(clock_t), intent(in) :: clock
       type(error_t), intent(inout) :: error
       call model%timers%enter(phase_control)
-      if (model%contact%active() .and. l == size(model%levels)) &
-         call model%contact%finish_step(model%communicator, model%levels(l), clock%time + clock%step, &
-                                        clock%step, error)
+      if (.not. model%contact%active() .or. l < size(model%levels)) return
+      call model%contact%finish_step(model%communicator, model%levels(l), clock%time + clock%step, &
+                                     clock%step, error)
+      if (allocated(model%atoms)) call model%atoms%book(model%contact%tools)
    end subroutine finish_contact
 
    !> Collective: the nodes that only the stress is made from go with the points that tools press.

@@ -18,21 +18,24 @@ module m_hdf5_snapshot
 
 contains
 
-   !> Collective: write `<directory>/particles_<step>.hdf`. On an error (exit_files) all ranks hold it and no
-   !> file is left.
-   subroutine write_hdf5_snapshot(communicator, snapshot, directory, error)
+   !> Collective: write `<directory>/particles_<step>.hdf`, or a file of another name. On an error
+   !> (exit_files) all ranks hold it and no file is left.
+   subroutine write_hdf5_snapshot(communicator, snapshot, directory, error, name)
       type(communicator_t), intent(in) :: communicator
       type(snapshot_t), intent(in) :: snapshot
       character(len=*), intent(in) :: directory
       type(error_t), intent(inout) :: error
+      character(len=*), intent(in), optional :: name
       type(hdf5_file_t) :: file
       type(file_layout_t) :: where_to
+      character(len=:), allocatable :: file_name
       integer :: f
+      file_name = snapshot_file_name(snapshot%step, 'hdf')
+      if (present(name)) file_name = name
       call snapshot%check(communicator, error)
       if (error%happened()) return
       where_to = snapshot%layout()
-      call file%create(communicator, directory//'/'//snapshot_file_name(snapshot%step, 'hdf'), &
-                       table_bytes(snapshot), error)
+      call file%create(communicator, directory//'/'//file_name, table_bytes(snapshot), error)
       if (error%happened()) return
       call put_header(file, snapshot, error)
       call put_cells(file, communicator, snapshot%n_total, error)

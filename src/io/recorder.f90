@@ -18,7 +18,7 @@ module m_recorder
    use m_energy, only: balance_t
    use m_motion_fields, only: motion_columns
    use m_probe, only: probe_t, choose_particle, read_probe
-   use m_atoms_output, only: atoms_header, dump_atoms
+   use m_atoms_output, only: atoms_header, write_atoms
    use m_history, only: history_t, history_header_t, history_text_length
    use m_snapshot, only: snapshot_t
    use m_particle_snapshot, only: take_snapshot
@@ -338,7 +338,7 @@ contains
       if (self%tecplot .and. .not. error%happened()) &
          call write_tecplot_snapshot(model%communicator, snapshot, self%directory, error)
       if (.not. error%happened()) call record_outlines(self, model, error)
-      if (self%atoms > 0) call dump_atoms(model, self%directory, snapshot%step, error)
+      if (self%atoms > 0) call write_atoms(model, self%directory, snapshot, error)
    end subroutine record_snapshot
 
    !> Collective: with a snapshot, where the contact of each tool ends.

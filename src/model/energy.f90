@@ -212,7 +212,8 @@ contains
       taken = sum(model%effect_step%damped) - accumulated(2)
       self%external_work = sum(model%contact%states%work) + sum(model%contact%pairs%states%pressed) &
                            + by_effects
-      if (allocated(model%atoms)) self%external_work = self%external_work + model%atoms%work
+      if (allocated(model%atoms)) self%external_work = self%external_work + model%atoms%work &
+                                                       - model%atoms%booked
       self%damped = taken + self%now%dissipated + sum(model%contact%states%heat) &
                     + sum(model%contact%pairs%states%heat) &
                     + sum(model%contact%pairs%states%parting) + model%lost + accumulated(4)
@@ -226,6 +227,7 @@ contains
          if (model%contact%followed) self%tools_apart = sum(states%work - states%heat - states%stored &
                                                             - states%stored_shear - states%particle_work)
       end associate
+      if (allocated(model%atoms)) self%tools_apart = self%tools_apart - model%atoms%booked
       self%worst_of_effects = max(self%worst_of_effects, abs(self%effects_apart))
       self%worst_of_tools = max(self%worst_of_tools, abs(self%tools_apart))
    end subroutine take

@@ -127,11 +127,13 @@ module m_model
          type(scene_t), intent(in) :: scene
          type(error_t), intent(inout) :: error
       end subroutine set_budgets
-      !> Collective: the blocks that the bodies need, each on its rank, and the particles in them.
-      module subroutine populate(self, scene, error)
+      !> Collective: the blocks that the bodies need, each on its rank, and the particles in them; none where
+      !> it is to be `empty`. A box of atoms is there in any case.
+      module subroutine populate(self, scene, error, empty)
          class(model_t), intent(inout) :: self
          type(scene_t), intent(in) :: scene
          type(error_t), intent(inout) :: error
+         logical, intent(in), optional :: empty
       end subroutine populate
       !> Collective: make the blocks that emigrants of the only level have entered and that do not exist yet.
       module subroutine create_blocks(self)
@@ -212,10 +214,7 @@ contains
       do l = 1, size(self%levels)
          call self%migration(l)%prepare(communicator, self%levels(l)%table%columns)
       end do
-      if (present(empty)) then
-         if (empty) return
-      end if
-      call populate(self, scene, error)
+      call populate(self, scene, error, empty)
    end subroutine build
 
    !> True when a scene has levels besides its grid.

@@ -21,6 +21,11 @@ contains
    module procedure populate
       integer, allocatable :: counts(:), owner(:)
       integer :: e, finest, l
+      logical :: fills
+      fills = .true.
+      if (present(empty)) fills = .not. empty
+      if (.not. fills) call build_atoms(self%atoms, self%effects, scene, self%communicator, error)
+      if (.not. fills) return
       call require_memory(self, scene%place('cell_size'), sum(expected_count(scene%bodies, &
             self%levels(1)%grid)), 0.0_wp, error)
       if (error%happened()) return

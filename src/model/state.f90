@@ -74,7 +74,22 @@ contains
          call store%reals('/state/centres', model%first_centres, error)
       end if
       if (model%contact%active()) call describe_contact(store, model, error)
+      if (allocated(model%atoms)) call describe_atoms(store, model, error)
    end subroutine describe_state
+
+   !> A box of atoms: places and velocities in LAMMPS's units, to the bit.
+   subroutine describe_atoms(store, model, error)
+      class(state_store_t), intent(inout) :: store
+      type(model_t), intent(inout) :: model
+      type(error_t), intent(inout) :: error
+      real(wp), allocatable :: x(:, :), v(:, :), pushes(:, :), books(:)
+      call model%atoms%get_state(x, v, pushes, books)
+      call store%reals('/state/atoms_places', x, error)
+      call store%reals('/state/atoms_velocities', v, error)
+      call store%reals('/state/atoms_pushes', pushes, error)
+      call store%reals('/state/atoms_books', books, error)
+      if (.not. store%writes .and. .not. error%happened()) call model%atoms%set_state(x, v, pushes, books)
+   end subroutine describe_atoms
 
    subroutine describe_balance(store, balance, error)
       class(state_store_t), intent(inout) :: store

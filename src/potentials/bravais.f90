@@ -25,6 +25,8 @@ module m_bravais
       procedure :: energy
       procedure :: stress
       procedure :: wave_modulus
+      procedure :: surface_depth
+      procedure :: structure
       procedure, private :: set_constant
       procedure, private :: raw_stress
       procedure, private :: set_moduli
@@ -46,6 +48,19 @@ contains
          points = reshape([0.0_wp, 0.0_wp, 0.0_wp], [3, 1])
       end select
    end function basis_of
+
+   !> Half the spacing of the planes along an edge of the cube, m: so far below a surface the first stands.
+   pure real(wp) function surface_depth(self)
+      class(bravais_t), intent(in) :: self
+      surface_depth = self%constant*merge(0.5_wp, 0.25_wp, trim(lattices(self%lattice)) == 'sc')
+   end function surface_depth
+
+   !> Class of its atoms by their common neighbours, as LAMMPS's compute cna/atom numbers them.
+   pure integer function structure(self)
+      class(bravais_t), intent(in) :: self
+      integer, parameter :: classes(3) = [1, 3, 5]
+      structure = classes(self%lattice)
+   end function structure
 
    !> The constant near a given one at which the crystal bears no stress and has the least energy, and the
    !> moduli there. `found` is false where there is none within 15 %.
