@@ -1,6 +1,7 @@
 """40 made-up materials, run on other cells and at another speed than the runs that come with the package,
-found again from curves with 1 % of white noise. usage: identify_figures.py ROOT; with --make GIMP3D the
-materials are run anew and test/references/identification.json is written (an hour on one core)"""
+found again from curves with 1 % of white noise; two of them under a sphere too. usage: identify_figures.py
+ROOT; with --make GIMP3D the materials are run anew and test/references/identification.json is written (an
+hour on one core)"""
 
 import json
 import sys
@@ -8,14 +9,15 @@ from pathlib import Path
 
 import numpy as np
 
-from gimp3d.identification import fit, forward, measured, observed, surrogate, words
+from gimp3d.identification import fit, forward, measured, observed, page, surrogate, words
 from gimp3d.identification.cache import Cache
 from gimp3d.identification.laws import power_law
-from gimp3d.identification.tips import Tip
+from gimp3d.identification.tips import Tip, read_tip
 
 ROOT = Path(sys.argv[1])
 REFERENCE = ROOT / "test/references/identification.json"
 ANGLES, YOUNG, DEPTH = (70.3, 60.0), 7e10, 300e-9
+BALL, BALL_DEPTH = read_tip("sphere:10um"), 1e-6
 
 
 def make(program):
@@ -24,12 +26,19 @@ def make(program):
     cache = Cache("truth", shipped=None)
     for row in reference["rows"]:
         cases = [
-            forward.Case(Tip("cone", a), row[0], row[1], numerics=forward.Numerics(**reference["numerics"]))
+            forward.Case(
+                Tip("cone", a), row[0], (row[1],), numerics=forward.Numerics(**reference["numerics"])
+            )
             for a in ANGLES
         ]
         cache.run(cases, program=program)
         found = [surrogate.features(case, cache[case]["kept"]) for case in cases]
         row[2:] = [round(float(value), 5) for one in found for value in one]
+    globe, numerics = BALL.model(BALL_DEPTH)[0], forward.Numerics(**reference["ball_numerics"])
+    for row in reference["ball"]:
+        case = forward.Case(globe, row[0], (row[1],), numerics=numerics)
+        cache.run([case], program=program)
+        row[2:] = [round(float(value), 5) for value in surrogate.features(case, cache[case]["kept"])]
     head = json.dumps({key: value for key, value in reference.items() if key != "rows"})[:-1]
     rows = ",\n".join(json.dumps(row) for row in reference["rows"])
     REFERENCE.write_text(f'{head}, "rows": [\n{rows}\n]}}\n')
@@ -46,12 +55,38 @@ def curve(features, seed):
     return h, load + 0.01 * load.max() * np.random.default_rng(seed).standard_normal(load.size)
 
 
+def spheres(rows, model):
+    """The two under a sphere alone: what does not hold."""
+    wrong = 0
+    for number, (ratio, exponent, *features) in enumerate(rows):
+        features, yielding = np.array(features), YOUNG / ratio
+        features[0] += np.log(power_law(YOUNG, yielding, exponent, forward.REPRESENTATIVE))
+        features[1] += features[0] - np.log(YOUNG)
+        h, load = page.model_curve(features, BALL_DEPTH, BALL.model(BALL_DEPTH)[1])
+        at = np.linspace(0, len(h) - 1, 450)
+        h, load = (np.interp(at, np.arange(len(column)), column) for column in (h, load))
+        load += 0.01 * load.max() * np.random.default_rng(50 + number).standard_normal(load.size)
+        seen = observed.from_curves(BALL, [measured.Curve("made", h, load)])
+        answer = fit.Problem([seen], [model]).answer()
+        truths = {"modulus": YOUNG / 0.91, "yield_stress": yielding, "exponent": exponent}
+        held = [
+            answer.intervals[name][0] <= value <= answer.intervals[name][2] for name, value in truths.items()
+        ]
+        print(
+            f"sphere alone, E/Y {ratio:g}, n {exponent:g}: "
+            + ", ".join(f"{name} {answer.intervals[name][1] / value:.3f}" for name, value in truths.items())
+            + f" of the truth, in their intervals {held}; half-width of the yield stress "
+            f"{words.half_width(answer.intervals['yield_stress']):.3f}, determined {words.determined(answer)}"
+        )
+        wrong += not all(held)
+    return wrong
+
+
 def main():
-    models = {
-        tip.half_angle: one
-        for tip, one in surrogate.build(Cache("none"), [Tip("cone", a) for a in ANGLES]).items()
-    }
-    rows = json.loads(REFERENCE.read_text())["rows"]
+    built = surrogate.build(Cache("none"), [*(Tip("cone", a) for a in ANGLES), BALL.model(BALL_DEPTH)[0]])
+    models = {tip.half_angle: one for tip, one in built.items() if tip.kind == "cone"}
+    reference = json.loads(REFERENCE.read_text())
+    rows = reference["rows"]
     table = {1: [], 2: []}
     for number, (ratio, exponent, *features) in enumerate(rows):
         seen, yielding = [], YOUNG / ratio
@@ -76,7 +111,7 @@ def main():
             table[tips].append(
                 [*off, *holds, words.half_width(inside["yield_stress"]), words.determined(answer)]
             )
-    wrong = 0
+    wrong = spheres(reference["ball"], built[BALL.model(BALL_DEPTH)[0]])
     for tips, found in table.items():
         found = np.array(found, float)
         best, rep, modulus = (found[:, k] for k in range(3))
@@ -94,12 +129,9 @@ def main():
             + "; ".join(f"{name} {int(value)}" for name, value in counts.items())
         )
         print(f"   median half-width of the yield stress {np.median(found[:, 8]):.3f}")
-        wrong += counts["yield interval holds"] < 34 or counts["stress interval holds"] < 34
+        wrong += not 34 <= counts["yield interval holds"] <= 40 or counts["stress interval holds"] < 34
         if tips == 1:
-            wrong += (
-                counts["yield stress called determined"] > 0
-                or counts["stress at the strain known best within 3 %"] < 35
-            )
+            wrong += counts["yield stress called determined"] > 0
         else:
             wrong += (
                 counts["stress at the strain known best within 3 %"] < 38 or np.median(found[:, 8]) > 0.12

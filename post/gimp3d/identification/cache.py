@@ -11,7 +11,7 @@ import numpy as np
 
 from . import forward
 
-SHIPPED = Path(__file__).with_name("cones.json")
+SHIPPED = tuple(Path(__file__).with_name(name) for name in ("cones.json", "spheres.json"))
 
 
 def key_of(case):
@@ -25,8 +25,9 @@ class Cache:
     def __init__(self, folder, shipped=SHIPPED):
         self.folder = Path(folder)
         self.records = {}
-        if shipped and Path(shipped).is_file():
-            self.records.update(json.loads(Path(shipped).read_text()))
+        for path in shipped or ():
+            if path.is_file():
+                self.records.update(json.loads(path.read_text()))
         for path in sorted(self.folder.glob("*.json")):
             self.records[path.stem] = json.loads(path.read_text())
 

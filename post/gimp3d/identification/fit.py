@@ -1,14 +1,15 @@
-"""The fit: E*, yield stress and exponent of the power law from what the tips say, with the data's noise and
-the model's error in one covariance.
+"""The fit: E*, yield stress and hardening of a law from what the tips say, with the data's noise and the
+model's error in one covariance.
 
    chi2 = (y - f(p))^T (D + M)^-1 (y - f(p))
 
 D is the covariance of the data, M that of the model: the polynomials' own for each tip, and what finer cells
 and slower tools might still change, which all tips share. The optimum is scipy.optimize.least_squares'. The
-posterior, flat in ln E*, ln sigma_y and the exponent within what the runs cover, is sampled by importance
-from a t distribution about the optimum. Intervals are those of the profile of the likelihood: what draws have
-whose chi2 is at most 2.71 above the least (90 %), so that the edge of a parameter's range counts as any other
-value. Values are medians of the posterior."""
+posterior, flat in ln E*, ln sigma_y and the law's coordinates within what the runs cover, is sampled by
+importance from a t distribution about the optimum. Intervals are those of the profile of the likelihood: what
+draws have whose chi2 is at most 2.71 above the least (90 %), so that the edge of a parameter's range counts
+as any other value. Values are medians of the posterior. With emcee both are of its chains, and intervals hold
+90 % of the posterior."""
 
 from dataclasses import dataclass, field
 
@@ -18,25 +19,29 @@ from scipy.stats import chi2 as chi2_law
 from scipy.stats import norm, qmc
 
 from . import forward, surrogate
-from .laws import power_law
 
 TABLE_POISSON = 0.3
 DRAWS = 2**14
+CHAIN = 1500  # steps of emcee's walkers
 LEVEL = 0.90
 ABOVE = 2.706  # of chi2 over the least: the 90 % interval of one number
-PYRAMID = np.array([0.035, 0.05, 0.05])  # of the features, where a cone stands for a pyramid: one sigma
+PYRAMID = np.array(
+    [0.025, 0.05, 0.05, 0.02, 0.02]
+)  # of the features, where a cone stands for a pyramid: one sigma
 STRAINS = np.concatenate([[0.0], np.geomspace(1e-3, 0.3, 60)])
 
 
 @dataclass
 class Answer:
-    """best: E*, yield stress (Pa), exponent; draws of the same with their weights; `intervals` by name."""
+    """best: E*, yield stress (Pa), the law's coordinates; draws of the same with their weights; `intervals`
+    by name."""
 
+    law: object
     best: np.ndarray
-    covariance: np.ndarray  # of ln E*, ln yield stress, exponent
+    covariance: np.ndarray  # of ln E*, ln yield stress, coordinates
     chi2: float
     freedom: int
-    draws: np.ndarray  # of ln E*, ln yield stress, exponent
+    draws: np.ndarray  # of ln E*, ln yield stress, coordinates
     weights: np.ndarray  # of the posterior
     inside: np.ndarray  # whether a draw's chi2 is at most ABOVE over the least
     jacobian: np.ndarray  # of the whitened values
@@ -47,26 +52,45 @@ class Answer:
 
 
 class Problem:
-    """Observed values of some tips, and the surrogate of each."""
+    """Observed values of some tips, and the surrogate of each, all of one law."""
 
-    def __init__(self, observed, surrogates, exponents=(0.0, surrogate.EXPONENTS[1]), priors=None):
-        """priors: number of a parameter: value of p (ln E*, ln yield stress, exponent) and its sigma."""
-        self.observed, self.surrogates, self.exponents = observed, surrogates, exponents
+    def __init__(self, observed, surrogates, priors=None, chains=False):
+        """priors: number of a parameter: value of p (ln E*, ln yield stress, the law's coordinates) and its
+        sigma; chains: draws are emcee's."""
+        self.observed, self.surrogates, self.chains = observed, surrogates, chains
+        self.law = surrogates[0].law
         self.priors = priors or {}
+        free = [np.inf] * (2 if self.law.flows else 1)
+        self.low = np.array([-value for value in free] + list(self.law.low))
+        self.high = np.array(free + list(self.law.high))
+        span = self.high[2:] - self.low[2:]
+        self.wide = np.array([3.0] * len(free) + list(0.73 * span))  # one sigma of what is known before
         self.values = np.concatenate([one.values for one in observed])
         self.ends = np.cumsum([0] + [len(one.values) for one in observed])
 
     # ---- model ----
 
     def features(self, number, p):
-        """ln C, ln of the mean recovery, 1/m of a tip; p: ln E*, ln yield stress, exponent (last axis)."""
+        """ln C, ln of the mean recovery, 1/m of a tip, and of its loading where that is no parabola; p: ln
+        E*, ln yield stress, coordinates of the law (last axis)."""
+        young, yielding, shape = self.material(p)
+        ratio = np.clip(young / yielding, 3.0, 5000.0) if self.law.flows else np.ones_like(young)
+        found = np.array(self.surrogates[number].predict(ratio, shape))
+        found[..., 0] += np.log(self.law.stress(young, yielding, shape, forward.REPRESENTATIVE))
+        found[..., 1] += found[..., 0] - np.log(young)
+        return found
+
+    def material(self, p):
+        """E (Pa; of a rigid tip), yield stress (Pa), coordinates of the law."""
         young = np.exp(p[..., 0]) * (1 - TABLE_POISSON**2)
-        yielding, exponent = np.exp(p[..., 1]), p[..., 2]
-        ratio = np.clip(young / yielding, 3.0, 5000.0)
-        found = self.surrogates[number].predict(ratio, exponent)
-        stress = power_law(young, yielding, exponent, forward.REPRESENTATIVE)
-        ln_c = found[..., 0] + np.log(stress)
-        return np.stack([ln_c, found[..., 1] + ln_c - np.log(young), found[..., 2]], axis=-1)
+        if not self.law.flows:
+            return young, young, ()
+        return young, np.exp(p[..., 1]), tuple(p[..., k] for k in range(2, p.shape[-1]))
+
+    def ratio(self, p):
+        """E over yield stress."""
+        young, yielding, _ = self.material(np.asarray(p))
+        return young / yielding
 
     def predict(self, p):
         p = np.asarray(p)
@@ -81,7 +105,7 @@ class Problem:
         one, f = self.observed[number], self.features(number, p)
         step = 1e-5
         columns = []
-        for k in range(surrogate.FEATURES):
+        for k in range(len(f)):
             ahead, behind = f.copy(), f.copy()
             ahead[k] += step
             behind[k] -= step
@@ -92,29 +116,30 @@ class Problem:
         """Of the data, of the polynomials, of the cells, of pyramids as cones."""
         size = len(self.values)
         data, own, cells, pyramid = (np.zeros((size, size)) for _ in range(4))
-        ratio = np.exp(p[0]) * (1 - TABLE_POISSON**2) / np.exp(p[1])
-        columns = np.zeros((size, surrogate.FEATURES))
+        ratio, shape = self.ratio(p), self.material(np.asarray(p))[2]
+        columns = np.zeros((size, 5))
         for number, one in enumerate(self.observed):
             rows = slice(self.ends[number], self.ends[number + 1])
             slope = self.map_slope(number, p)
             model = self.surrogates[number]
             data[rows, rows] = one.covariance
-            own[rows, rows] = slope @ np.diag(model.own(ratio, p[2]) ** 2) @ slope.T
+            own[rows, rows] = slope @ np.diag(model.own(ratio, shape) ** 2) @ slope.T
             if one.tip.pyramid:
-                pyramid[rows, rows] = slope @ np.diag(PYRAMID**2) @ slope.T
-            columns[rows] = slope * model.shared
+                pyramid[rows, rows] = slope @ np.diag(PYRAMID[: model.count] ** 2) @ slope.T
+            columns[rows, : model.count] = slope * model.shared
         cells += columns @ columns.T
         return data, own, cells, pyramid
 
     # ---- optimum ----
 
     def start(self):
-        """Materials to begin with: yield stress from C and E* from what comes back, at three exponents."""
+        """Materials to begin with: yield stress from C at some E/yield stress and some shapes."""
         found = []
         one = self.observed[0]
-        for exponent in (0.02, 0.2, 0.4):
-            for ratio in (20.0, 80.0, 300.0):
-                p = np.array([0.0, -np.log(ratio) - np.log(1 - TABLE_POISSON**2), exponent])
+        shapes = [self.low[2:] + s * (self.high[2:] - self.low[2:]) for s in (0.05, 0.4, 0.75)]
+        for shape in shapes if self.law.flows else [()]:
+            for ratio in (20.0, 80.0, 300.0) if self.law.flows else (1.0,):
+                p = np.array([0.0, -np.log(ratio) - np.log(1 - TABLE_POISSON**2), *shape][: len(self.low)])
                 p[:2] += one.values[0] - self.predict(p)[0]
                 found.append(p)
         return found
@@ -129,13 +154,7 @@ class Problem:
             starts = self.start() if sweep == 0 else [best.x]
             for first in starts:
                 found = least_squares(
-                    lambda p: self.residual(p, root),
-                    first,
-                    bounds=(
-                        [-np.inf, -np.inf, self.exponents[0] - 1e-9],
-                        [np.inf, np.inf, self.exponents[1]],
-                    ),
-                    x_scale=[0.1, 0.1, 0.1],
+                    lambda p: self.residual(p, root), first, bounds=(self.low - 1e-9, self.high), x_scale=0.1
                 )
                 if best is None or found.cost < best.cost or sweep > 0 and first is starts[0]:
                     best = found
@@ -146,7 +165,9 @@ class Problem:
 
     def outside(self, p):
         """How far E over yield stress is beyond what the runs cover, in 2 %."""
-        ratio = p[0] + np.log(1 - TABLE_POISSON**2) - p[1]
+        if not self.law.flows:
+            return np.zeros(0)
+        ratio = np.log(self.ratio(p))
         low, high = np.log(surrogate.RATIOS)
         return np.array([max(low - ratio, 0.0, ratio - high) / 0.02])
 
@@ -165,47 +186,78 @@ class Problem:
     def answer(self, seed=1):
         best, root = self.solve()
         jacobian = self.slope(best.x, root)
-        information = jacobian.T @ jacobian + np.diag([1 / 3.0**2, 1 / 3.0**2, 1 / 0.4**2])
+        information = jacobian.T @ jacobian + np.diag(self.wide**-2)
         for k, (_, sigma) in self.priors.items():
             information[k, k] += 1 / sigma**2
         covariance = np.linalg.inv(information)
-        draws, weights, values = self.sample(best.x, covariance, root, seed)
+        sampled = self.run_chains if self.chains else self.sample
+        draws, weights, values = sampled(best.x, covariance, root, seed)
         chi2 = float(self.chi2(best.x, root))
         least = float(values.min())  # the optimum may lie at, or beyond, the edge of what the runs cover
         inside = values <= (least if least > chi2 + 0.5 else min(chi2, least)) + ABOVE
         result = Answer(
-            np.array([np.exp(best.x[0]), np.exp(best.x[1]), max(best.x[2], 0.0)]), covariance, chi2,
-            max(len(self.values) - 3, 0), draws, weights, inside, jacobian,
+            self.law, np.array([*np.exp(best.x[:2]), *np.clip(best.x[2:], self.low[2:], self.high[2:])]),
+            covariance, chi2, max(len(self.values) - len(best.x), 0), draws, weights, inside, jacobian,
         )  # fmt: skip
         self.intervals(result, best.x)
         return result
 
     def slope(self, p, root):
         columns = []
-        for k, step in enumerate((1e-4, 1e-4, 1e-4)):
+        for k in range(len(p)):
             ahead, behind = np.array(p), np.array(p)
-            ahead[k] += step
-            behind[k] = max(behind[k] - step, 0.0) if k == 2 else behind[k] - step
+            ahead[k] += 1e-4
+            behind[k] = max(behind[k] - 1e-4, self.low[k])
             columns.append(root @ (self.predict(ahead) - self.predict(behind)) / (ahead[k] - behind[k]))
         return np.stack(columns, axis=-1)
 
+    def allowed(self, draws):
+        """Whether each is within what the runs cover."""
+        inside = np.all((draws >= self.low) & (draws <= self.high), axis=1)
+        if self.law.flows:
+            ratio = self.ratio(draws)
+            inside &= (ratio > surrogate.RATIOS[0]) & (ratio < surrogate.RATIOS[1])
+        return inside
+
+    def bounded(self, draws, root):
+        """chi2 of draws; infinite of those that are not allowed."""
+        inside = self.allowed(draws)
+        chi2 = np.full(len(draws), np.inf)
+        if np.any(inside):
+            chi2[inside] = self.chi2(draws[inside], root)
+        return chi2
+
+    def run_chains(self, centre, covariance, root, seed):
+        """Draws of emcee, all of one weight."""
+        import emcee
+
+        size, walkers, rng = len(centre), 8 * len(centre), np.random.default_rng(seed)
+        first = np.empty((0, size))
+        while len(first) < walkers:
+            more = rng.multivariate_normal(centre, 0.3 * covariance, walkers)
+            first = np.concatenate([first, more[self.allowed(more)]])
+        sampler = emcee.EnsembleSampler(
+            walkers, size, lambda draws: -0.5 * self.bounded(draws, root), vectorize=True
+        )
+        sampler.random_state = np.random.RandomState(seed).get_state()
+        sampler.run_mcmc(first[:walkers], CHAIN)
+        draws = sampler.get_chain(discard=CHAIN // 4, flat=True)
+        chi2 = -2 * sampler.get_log_prob(discard=CHAIN // 4, flat=True)
+        return draws, np.full(len(draws), 1 / len(draws)), chi2
+
     def sample(self, centre, covariance, root, seed):
-        """Draws (ln E*, ln yield stress, exponent) and weights that sum to 1."""
-        low, high = np.log(surrogate.RATIOS)
-        freedom = 5.0
-        uniform = qmc.Sobol(4, seed=seed).random(DRAWS)
-        normal = norm.ppf(np.clip(uniform[:, :3], 1e-9, 1 - 1e-9))
-        stretch = np.sqrt(freedom / chi2_law.ppf(np.clip(uniform[:, 3], 1e-9, 1 - 1e-9), freedom))
+        """Draws (ln E*, ln yield stress, coordinates) and weights that sum to 1."""
+        freedom, size = 5.0, len(centre)
+        uniform = qmc.Sobol(size + 1, seed=seed).random(DRAWS)
+        normal = norm.ppf(np.clip(uniform[:, :size], 1e-9, 1 - 1e-9))
+        stretch = np.sqrt(freedom / chi2_law.ppf(np.clip(uniform[:, size], 1e-9, 1 - 1e-9), freedom))
         spread = 1.3**2 * covariance
         for _ in range(4):
-            factor = np.linalg.cholesky(spread + 1e-14 * np.eye(3))
+            factor = np.linalg.cholesky(spread + 1e-14 * np.eye(size))
             z = normal * stretch[:, None]
             draws = centre + z @ factor.T
-            log_q = -0.5 * (freedom + 3) * np.log1p(np.sum(z**2, axis=1) / freedom)
-            ratio = draws[:, 0] + np.log(1 - TABLE_POISSON**2) - draws[:, 1]
-            inside = (draws[:, 2] >= 0) & (draws[:, 2] <= self.exponents[1]) & (ratio > low) & (ratio < high)
-            chi2 = np.full(len(draws), np.inf)
-            chi2[inside] = self.chi2(draws[inside], root)
+            log_q = -0.5 * (freedom + size) * np.log1p(np.sum(z**2, axis=1) / freedom)
+            chi2 = self.bounded(draws, root)
             log_p = -0.5 * chi2
             weight = np.exp(log_p - log_q - np.max(log_p - log_q))
             weight /= weight.sum()
@@ -213,24 +265,23 @@ class Problem:
                 break
             centre = weight @ draws
             apart = draws - centre
-            spread = 1.5 * (apart * weight[:, None]).T @ apart + 1e-8 * np.eye(3)
+            spread = 1.5 * (apart * weight[:, None]).T @ apart + 1e-8 * np.eye(size)
         kept = (weight > 1e-3 / DRAWS) | (chi2 <= chi2.min() + ABOVE)
         return draws[kept], weight[kept] / weight[kept].sum(), chi2[kept]
 
     def intervals(self, answer, optimum):
         draws = answer.draws
-        young, yielding, exponent = np.exp(draws[:, 0]), np.exp(draws[:, 1]), draws[:, 2]
-        at = lambda strain: power_law(young * (1 - TABLE_POISSON**2), yielding, exponent, strain)
-        quantities = {
-            "modulus": young,
-            "yield_stress": yielding,
-            "exponent": exponent,
-            "stress_0.033": at(0.033),
-        }
-        curve = np.stack([at(strain) for strain in STRAINS], axis=0)
-        spread = [weighted_std(np.log(row), answer.weights) for row in curve]
-        answer.strain = float(STRAINS[int(np.argmin(spread))])
-        quantities["stress_best"] = at(answer.strain)
+        young, yielding, shape = self.material(draws)
+        quantities = {"modulus": np.exp(draws[:, 0])}
+        curve = []
+        if self.law.flows:
+            at = lambda strain: self.law.stress(young, yielding, shape, strain)
+            quantities["yield_stress"] = yielding
+            quantities |= dict(zip(self.law.names, self.law.constants(yielding, shape)))
+            curve = np.stack([at(strain) for strain in STRAINS], axis=0)
+            spread = [weighted_std(np.log(row), answer.weights) for row in curve]
+            answer.strain = float(STRAINS[int(np.argmin(spread))])
+            quantities |= {"stress_0.033": at(0.033), "stress_best": at(answer.strain)}
         for name, values in quantities.items():
             answer.intervals[name] = self.interval(values, answer)
         answer.band = [self.interval(row, answer) for row in curve]
@@ -246,22 +297,25 @@ class Problem:
 
     def interval(self, values, answer):
         """Low, median, high of a number of the draws."""
+        if self.chains:
+            tail = 0.5 * (1 - LEVEL)
+            return tuple(quantile(values, answer.weights, [tail, 0.5, 1 - tail]))
         low, high = float(values[answer.inside].min()), float(values[answer.inside].max())
         return low, float(np.clip(quantile(values, answer.weights, [0.5])[0], low, high)), high
 
     def profile(self, name, values, root, start):
         """chi2 at given values of a parameter (number of p), the others free."""
-        others = [k for k in range(3) if k != name]
+        size = len(start)
+        others = [k for k in range(size) if k != name]
         found, x = [], np.array(start)
         for value in values:
 
             def residual(y, value=value):
-                p = np.empty(3)
+                p = np.empty(size)
                 p[name], p[others] = value, y
                 return self.residual(p, root)
 
-            low = np.array([-np.inf, -np.inf, 0.0])[others]
-            high = np.array([np.inf, np.inf, self.exponents[1]])[others]
+            low, high = self.low[others], self.high[others]
             first = np.clip(x[others], low + 1e-6, high - 1e-6)
             result = least_squares(residual, first, bounds=(low, high))
             x[others] = result.x

@@ -8,11 +8,12 @@ The load of a tool that stops falls by some per cent before it is drawn back (do
 The load in motion is the right one, and so is the stiffness. What comes back is elastic: it is taken over the
 load at rest, and is as much larger as the load in motion is."""
 
+import math
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
-from .laws import material_words, power_law
+from .laws import KNOWN, POWER
 from .tips import Tip
 
 YOUNG, DENSITY, DEPTH = 1e11, 1e4, 1e-6  # of every scene: Pa, kg/m3, m
@@ -21,17 +22,20 @@ SLOWEST, FASTEST = 0.0014, 0.006  # speeds of the tool over that of pressure wav
 BINS = 60  # of the loading, and of the unloading, that are kept
 LOADING = (0.45, 1.0)  # shares of the depth that C is taken from
 UNLOADING = (0.05, 0.95)  # shares of the load that the unloading is taken from
+BENT = (0.3, 1.0)  # shares of the depth that the loading of a tip with a length is taken from
+PILE_UP = np.linspace(0.75, 1.3, 56)  # radius of contact over that of the ideal section
+BLUNT = math.tan(math.radians(70.3))  # contact radius over depth that cells are laid out for
 
 
 @dataclass(frozen=True)
 class Numerics:
     """cells: finest cells to the largest depth; fine: of them, across the finest level; levels: beyond the
-    finest cells; speed: of the tool, over the flow stress over rho c; back: of the way back over the
-    way that waves go meanwhile."""
+    finest cells, each twice as wide; speed: of the tool, over the flow stress over rho c; back: of the way
+    back over the way that waves go meanwhile."""
 
     cells: float = 2.0
     fine: int = 12
-    levels: int = 2
+    levels: int = 4
     speed: float = 0.7
     back: float = 0.004
     flip: float = 0.97
@@ -39,18 +43,29 @@ class Numerics:
 
 @dataclass(frozen=True)
 class Case:
-    """A scene: a tip (its radius over the largest depth), the material, the numerics."""
+    """A scene: a tip (its lengths over the largest depth), the material, the numerics."""
 
     tip: Tip
-    ratio: float  # E over yield stress
-    exponent: float
+    ratio: float  # E over yield stress; of an elastic law 1
+    shape: tuple  # coordinates of the law (laws.py)
     poisson: float = 0.3
     numerics: Numerics = Numerics()
+    law: str = "power"
 
     @property
     def flow_ratio(self):
         """E over the stress at the representative strain."""
-        return self.ratio / float(power_law(self.ratio, 1.0, self.exponent, REPRESENTATIVE))
+        return self.ratio / float(KNOWN[self.law].stress(self.ratio, 1.0, self.shape, REPRESENTATIVE))
+
+    @property
+    def width(self):
+        """Cells are laid out for this contact radius at the largest depth, over that of a cone of 70.3
+        degrees, or of a sharp one."""
+        tip = self.tip
+        if not tip.has_length:
+            return 1.0
+        sharp = math.tan(math.radians(tip.half_angle)) if tip.kind == "cone" else BLUNT
+        return float(f"{tip.contact_radius(1.0) / sharp:.4g}")
 
     def with_numerics(self, **changes):
         return replace(self, numerics=replace(self.numerics, **changes))
@@ -61,19 +76,24 @@ class Case:
 
 def case_of(record):
     """The Case of a record (Case.record)."""
+    tip = {**record["tip"], "profile": tuple(map(tuple, record["tip"].get("profile", ())))}
     return Case(
-        Tip(**record["tip"]),
+        Tip(**tip),
         record["ratio"],
-        record["exponent"],
+        tuple(record["shape"]),
         record["poisson"],
         Numerics(**record["numerics"]),
+        record.get("law", "power"),
     )
 
 
 def recovery(case):
     """What comes back over the depth, about: how far the tool has to be drawn back."""
-    slope = np.tan(np.radians(case.tip.half_angle or 75.0)) / np.tan(np.radians(70.3))
-    return min(0.62, 14.0 / case.flow_ratio**0.97 / slope + 0.02)
+    tip = case.tip
+    if not tip.has_length:
+        slope = math.tan(math.radians(tip.half_angle)) / BLUNT
+        return min(0.62, 14.0 / case.flow_ratio**0.97 / slope + 0.02)
+    return min(0.85, 18.0 * tip.contact_radius(1.0) / BLUNT / case.flow_ratio**0.97 + 0.02)
 
 
 def motion(case):
@@ -93,10 +113,17 @@ def listed(values):
     return ",".join(f"{value:.9g}" for value in values)
 
 
+def named(case):
+    """Its material, for the title."""
+    if case.law == "power":
+        return f"E/Y={case.ratio:.6g}, n={case.shape[0]:.6g}"
+    return f"{case.law}, E/Y={case.ratio:.6g}, " + " ".join(f"{value:.6g}" for value in case.shape)
+
+
 def scene_text(case, directory="out"):
     """The scene of a case."""
-    numerics, poisson = case.numerics, case.poisson
-    finest = DEPTH / numerics.cells
+    numerics, poisson, law = case.numerics, case.poisson, KNOWN[case.law]
+    finest = DEPTH * case.width / numerics.cells
     coarse = finest * 2**numerics.levels
     size = numerics.fine * coarse
     outer = size + 4 * coarse
@@ -110,15 +137,15 @@ def scene_text(case, directory="out"):
         )
     times, speeds, end = motion(case)
     lines = [
-        f"&scene    title='{case.tip.kind}, E/Y={case.ratio:.6g}, n={case.exponent:.6g}', "
-        f"end_time={end:.9g} /",
+        f"&scene    title='{case.tip.kind}, {named(case)}', end_time={end:.9g} /",
         f"&grid     geometry='axisymmetric', lower=0,0,0, upper={outer:.12g},{coarse:.12g},{outer:.12g},",
         f"          cell_size={coarse:.12g}, "
         "boundary='symmetry','free','symmetry','symmetry','roller','free' /",
         f"&time     flip_fraction={numerics.flip:g} /",
         *boxes,
-        f"&material name='metal', model='j2', density={DENSITY:g}, young={YOUNG:g}, poisson={poisson:g},",
-        f"          {material_words(YOUNG, YOUNG / case.ratio, case.exponent)} /",
+        f"&material name='metal', model='{'j2' if law.flows else 'elastic'}', density={DENSITY:g}, "
+        f"young={YOUNG:g}, poisson={poisson:g}" + ("," if law.flows else " /"),
+        *([f"          {law.material_words(YOUNG, YOUNG / case.ratio, case.shape)} /"] if law.flows else []),
         "&body     material='metal', shape='box', lower=0,0,0, "
         f"upper={size:.12g},{coarse:.12g},{size:.12g} /",
         f"&tool     name='tip', {case.tip.scene_words(DEPTH)}, tip=0,0,{size:.12g},",
@@ -171,20 +198,49 @@ def curvature(kept, low=LOADING[0], high=LOADING[1]):
     return float(p @ np.ones(p.size) / (h**2 @ np.ones(h.size)))
 
 
-def unloading_law(kept):
+def loading_law(kept, case):
+    """ln C, q1, q2 of P/(E h^2) = C (h/h_max)^(q1 - 2) exp(q2 ln^2(h/h_max)): the loading of a tip that has
+    a length; rows count by their load. The load of a contact rises and falls as its edge goes from cell to
+    cell: a wave with the radius of contact in cells, that of the ideal section times a factor (pile-up) which
+    is found, is taken out."""
+    h, p = np.array(kept["loading_depth"]), np.array(kept["loading_load"])
+    rows = (h >= BENT[0]) & (h <= BENT[1]) & (p > 0)
+    x, weight = np.log(h[rows]), p[rows]
+    cells = np.array([case.tip.contact_radius(one) for one in h[rows]]) * case.numerics.cells / case.width
+    smooth = np.stack([np.ones_like(x), x, x**2], axis=-1)
+    best, found = np.inf, None
+    for factor in PILE_UP:
+        wave = np.stack([turn(2 * np.pi * factor * cells) / cells for turn in (np.cos, np.sin)], axis=-1)
+        columns = np.concatenate([smooth, wave], axis=-1) * weight[:, None]
+        numbers = np.linalg.lstsq(columns, np.log(p[rows]) * weight, rcond=None)[0]
+        left = float(np.sum((columns @ numbers - np.log(p[rows]) * weight) ** 2))
+        if left < best:
+            best, found = left, numbers[:3]
+    return found
+
+
+def unloading_law(kept, bent=None):
     """delta0 and 1/m of delta(s) = delta0 (1 - s^(1/m)): what has come back, over the largest depth, at a
-    share s of the largest load; of a load in motion, as the module says."""
-    from scipy.optimize import least_squares
+    share s of the largest load; of a load in motion, as the module says: that of C, or of a tip with a length
+    exp(`bent`) over E and the depth's square."""
+    from scipy.optimize import minimize_scalar
 
     h, p = np.array(kept["unloading_depth"]), np.array(kept["unloading_load"])
-    top, rest = curvature(kept, 0.7), kept["load_at_rest"]
+    top, rest = curvature(kept, 0.7) if bent is None else float(np.exp(bent)), kept["load_at_rest"]
     share = p / rest
     rows = (share > UNLOADING[0]) & (share < UNLOADING[1])
     back, share = (1 - h[rows]) * top / rest, share[rows]
-    found = least_squares(
-        lambda x: x[0] * (1 - share ** x[1]) - back, [back.max(), 0.7], bounds=([1e-4, 0.3], [1.5, 1.0])
-    )
-    return float(found.x[0]), float(found.x[1])
+
+    def recovered(inverse):
+        rise = 1 - share**inverse
+        return float(rise @ back / (rise @ rise)), rise
+
+    def left(inverse):
+        size, rise = recovered(inverse)
+        return float(np.sum((size * rise - back) ** 2))
+
+    inverse = float(minimize_scalar(left, bounds=(0.3, 1.0), method="bounded", options={"xatol": 1e-7}).x)
+    return min(max(recovered(inverse)[0], 1e-4), 1.5), inverse
 
 
 def mean_recovery(recovered, inverse):

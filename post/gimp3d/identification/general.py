@@ -251,6 +251,7 @@ class Found:
     model: np.ndarray
     fitted: np.ndarray
     jacobian: np.ndarray  # whitened
+    slope: np.ndarray  # of the rows over the inner values
     chi2: float
     rows: int
 
@@ -281,10 +282,11 @@ def fit(model, rounds=ROUNDS, changes=(), say=print):
         say(f"round {number + 1} of {rounds}: {shown}; chi2 {chi2:.4g} of {len(values)} rows", flush=True)
         last = step.copy()
         step = step * SHRINK
-    freedom = len(values) - len(x)
+    fitted, freedom = rows(found.x), len(values) - len(x)
     scatter = chi2 / freedom * correlation_time(left) if freedom >= FEW else 1.0  # of few rows NOISE counts
     scatter = max(scatter, 1e-12)
-    jacobian = (slope + bend * found.x) / last / sigma[:, None] / np.sqrt(scatter)
+    slope = (slope + bend * found.x) / last
+    jacobian = slope / sigma[:, None] / np.sqrt(scatter)
     scale = np.sqrt((jacobian**2).sum(axis=0)) + 1e-300
     covariance = np.linalg.pinv((jacobian / scale).T @ (jacobian / scale), rcond=1e-13) / np.outer(
         scale, scale
@@ -293,7 +295,7 @@ def fit(model, rounds=ROUNDS, changes=(), say=print):
     if changes:
         plain, changed = model.curves([x])[0], model.curves([x], changes)[0]
         shift = covariance @ jacobian.T @ ((changed - plain) / sigma / np.sqrt(scatter))
-    return Found(x, covariance, np.outer(shift, shift), rows(found.x), jacobian, chi2, len(values))
+    return Found(x, covariance, np.outer(shift, shift), fitted, jacobian, slope, chi2, len(values))
 
 
 def read_changes(words):
@@ -341,6 +343,8 @@ def sentences(model, found):
 
 def identify(job):
     """SCENE, DATA, COLUMNS, PARAMETERS of a Job: the record that is written."""
+    from .planning import spent
+
     begun = time.monotonic()
     settings = job.settings
     for key in ("SCENE", "DATA", "COLUMNS", "PARAMETERS"):
@@ -367,9 +371,10 @@ def identify(job):
     model = Model(experiments, parameters, fixed, settings.get("LAW", "power"),
                   settings.get("CACHE", folder / "cache"), cores, settings.get("PROGRAM"))  # fmt: skip
     changes, rounds = read_changes(settings.get("CHECK")), int(job.number("ROUNDS", ROUNDS))
-    minutes = plan(model, rounds, changes)
+    price = plan(model, rounds, changes)
     if settings.get("PLAN") == "only":
-        return {"minutes": minutes}
+        return {"minutes": price.minutes}
+    before = spent()
     found = fit(model, rounds, changes)
     said = sentences(model, found)
     folder.mkdir(parents=True, exist_ok=True)
@@ -384,7 +389,9 @@ def identify(job):
         "rows": found.rows,
         "runs": model.runs,
         "seconds": round(time.monotonic() - begun, 1),
-        "predicted_minutes": minutes,
+        "predicted_minutes": price.minutes,
+        "predicted_processor_seconds": price.seconds,
+        "processor_seconds": spent() - before,
         "sentences": said,
         "command": "gimp3d-post identify " + " ".join(job.words),
     }
@@ -399,26 +406,37 @@ def identify(job):
 
 
 def plan(model, rounds, changes):
-    """Minutes of all runs, said. What CHECK makes of the scenes is tried by a plan, for its runs are the last
-    ones."""
-    from .planning import forecast, seconds_of_scene
+    """The Price of all runs, said. What CHECK makes of the scenes is tried by a plan, for its runs are the
+    last ones."""
+    from .planning import Price, forecast, seconds_of_scene, spent
 
     x = np.array([p.inner(p.start) for p in model.parameters], dtype=float)
-    texts = model.texts(x)
+    texts, changed = model.texts(x), model.texts(x, changes) if changes else []
     quasi_static = any("quasi_static" in read_namelists(text) for text in texts)
+    share = 1.0
     if quasi_static:  # the program has no forecast of these: the first run is the yardstick, and it is kept
-        begun, before = time.monotonic(), model.runs
+        begun, had, before = time.monotonic(), spent(), model.runs
         model.curves([x])
-        each = (time.monotonic() - begun) / max(len(texts), 1) if model.runs > before else 0.0
+        if model.runs > before:
+            each = (spent() - had) / (model.runs - before)
+            share = min((spent() - had) / max(time.monotonic() - begun, 1e-3), 1.0)
+        else:
+            each = 0.0
+        size = lambda some: sum(forecast(text, model.program)["memory_particles_B"] for text in some)
+        checked = each * len(texts) * size(changed) / size(texts)
     else:
-        each = float(np.mean([seconds_of_scene(text, model.program) for text in texts]))
-    for text in model.texts(x, changes) if changes else []:
-        forecast(text, model.program)
-    count = (rounds * (2 * len(x) + 1) + (2 if changes else 0)) * len(texts)
-    minutes = each * count / min(model.cores or len(os.sched_getaffinity(0)), 2 * len(x) + 1) / 60
+        found = [seconds_of_scene(text, model.program) for text in texts]
+        each = float(np.mean([seconds for seconds, _ in found]))
+        share = float(np.mean([one for _, one in found]))
+        checked = sum(seconds_of_scene(text, model.program)[0] for text in changed)
+    count = rounds * (2 * len(x) + 1) * len(texts)
+    count += 2 * len(texts) if changes else 0
+    seconds = each * (count - len(changed)) + checked
+    cores = min(model.cores or len(os.sched_getaffinity(0)), 2 * len(x) + 1)
+    price = Price(seconds, seconds / share / cores / 60)
     print(
-        f"Plan: {count} runs in {rounds} rounds, {each:.3g} s each: {minutes:.2g} minutes"
+        f"Plan: {count} runs in {rounds} rounds, {each:.3g} s each: {price.words}"
         + (" (by the first run)" if quasi_static else ""),
         flush=True,
     )
-    return minutes
+    return price

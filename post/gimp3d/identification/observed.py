@@ -1,5 +1,6 @@
 """What the curves under one tip say, as few numbers with their covariance: C, the work that comes back over
-load times depth (the mean recovery), the power of the unloading. Zero of the depth, compliance of the frame
+load times depth (the mean recovery), the power of the unloading; of a tip that has a length also the power of
+the loading and how it changes, about the depth of the tip's runs. Zero of the depth, compliance of the frame
 and drift may be free; they widen the covariance."""
 
 from dataclasses import dataclass, field
@@ -24,7 +25,7 @@ class NoUnloading(Exception):
 @dataclass
 class Observed:
     """Values y of a tip with covariance; `of(features)` gives y from ln C (Pa), ln of the mean recovery,
-    1/m."""
+    1/m, and of a tip with a length the power of the loading and its change."""
 
     tip: object
     names: list
@@ -86,13 +87,21 @@ def scatter_of(residual, scale):
     return max(scale * float(np.sqrt(np.mean(residual**2) * together)), 1e-5)
 
 
+def depth_of(curve):
+    """The largest, m."""
+    return float(np.max(curve.depth))
+
+
 def from_curves(tip, curves, free=(), noise=None):
-    """Observed of the curves under one tip. `free`: some of FREE; `noise`: one sigma of the load over the
-    largest, else found from the rows."""
+    """Observed of the curves under one tip, of about one depth where it has a length. `free`: some of FREE;
+    `noise`: one sigma of the load over the largest, else found from the rows."""
     parts = [segments(curve) for curve in curves]
     deepest = max(part.top for part in parts)
+    bent = tip.has_length
+    reference = tip.model(deepest)[1]  # of the runs
+    size = 5 if bent else 3
     count = {name: 1 if name == "compliance" else len(parts) for name in free}
-    tops, at = slice(3, 3 + len(parts)), 3 + len(parts)  # ln of the load where each way back begins
+    tops, at = slice(size, size + len(parts)), size + len(parts)  # ln of the load where each way back begins
     places = {}
     for name in free:
         places[name] = np.arange(at, at + count[name])
@@ -110,19 +119,27 @@ def from_curves(tip, curves, free=(), noise=None):
             found -= x[places["drift"][number]] * WIDTHS["drift"] * deepest * (t - part.t_in[0]) / span
         return found
 
+    def loading(x, h):
+        """The load that a depth has on the way in."""
+        load = np.exp(x[0]) * np.maximum(h, 0) ** 2
+        if not bent:
+            return load
+        way = np.log(np.maximum(h, 1e-3 * reference) / reference)
+        return load * np.exp((x[3] - 2) * way + x[4] * way**2)
+
     def residuals(x, scales):
         found = []
         for number, part in enumerate(parts):
             scale_in, scale_out = scales[number]
             h_in = corrected(x, number, part, part.h_in, part.p_in, part.t_in)
-            found.append((part.p_in - np.exp(x[0]) * np.maximum(h_in, 0) ** 2) / (scale_in * part.load))
+            found.append((part.p_in - loading(x, h_in)) / (scale_in * part.load))
             top = corrected(
                 x, number, part, np.array([part.top]), np.array([part.load]), np.array([part.time])
             )
             h_out = corrected(x, number, part, part.h_out, part.p_out, part.t_out)
             begin = part.load * np.exp(x[tops][number] * part.load_sigma)
             share = np.clip(part.p_out / begin, 1e-6, 1)
-            fallen = begin / (np.exp(x[0]) * max(top[0], 1e-300) ** 2)  # of a hold at a given depth
+            fallen = begin / max(loading(x, top)[0], 1e-300)  # of a hold at a given depth
             recovered, inverse = forward.full_recovery(np.exp(x[1]), x[2]) * fallen, x[2]
             slope = recovered * inverse * share ** (inverse - 1)
             back = 1 - h_out / top[0]
@@ -145,6 +162,8 @@ def from_curves(tip, curves, free=(), noise=None):
     start = np.zeros(at)
     back = float(np.max(1 - first.h_out / first.top))
     start[:3] = np.log(first.load / first.top**2), np.log(max(0.4 * back, 1e-3)), 0.7
+    if bent:
+        start[3] = 1.5
     if "compliance" in places:
         start[places["compliance"]] = 0.02
     scales = [(noise or 0.01, noise or 0.01)] * len(parts)
@@ -171,7 +190,8 @@ def from_curves(tip, curves, free=(), noise=None):
             (float(found.x[i] * unit), float(np.sqrt(covariance[i, i]) * unit)) for i in place
         ]
     return Observed(
-        tip, ["ln C", "ln recovery", "1/m"], found.x[:3], covariance[:3, :3], lambda f: f,
+        tip, ["ln C", "ln recovery", "1/m", "power", "change of the power"][:size], found.x[:size],
+        covariance[:size, :size], lambda f: f,
         [part.name for part in parts], corrections,
         [(curve.name, curve.depth, curve.load, None) for curve in curves],
         float(np.mean([pair[0] for pair in scales])), deepest,
@@ -180,7 +200,7 @@ def from_curves(tip, curves, free=(), noise=None):
 
 def derived_of(features, depth, wanted):
     """ln C, ln S, ln(1 - Wp/Wt), ln(1 - hf/hmax) from features, in the order wanted."""
-    ln_c, ln_back, inverse = features
+    ln_c, ln_back, inverse = features[:3]
     recovered = forward.full_recovery(np.exp(ln_back), inverse)
     found = {
         "curvature": ln_c,
@@ -194,6 +214,10 @@ def derived_of(features, depth, wanted):
 def from_derived(tip, rows):
     """Observed of indentations of which C, S, Wp/Wt, hf/hmax are known: their means, with the scatter of the
     rows where there are three or more, else what the rows or DEFAULT_SIGMA say."""
+    if tip.has_length:
+        raise measured.Unreadable(
+            f"{rows[0].name}: derived numbers are of sharp tips; a {tip.title} needs curves"
+        )
     wanted = [name for name in DEFAULT_SIGMA if all(name in row.values for row in rows)]
     if "curvature" not in wanted:
         raise measured.Unreadable(f"{rows[0].name}: needs C (with its unit) at least")

@@ -9,8 +9,15 @@ from . import forward, words
 from .fit import LEVEL, STRAINS
 
 SHOWN = 300  # draws behind a band
-NAMES = ("E* [GPa]", "yield stress [MPa]", "exponent")
-SCALES = (1e-9, 1e-6, 1.0)
+
+
+def parameters(answer):
+    """Of the law: name of each, title, scale and unit."""
+    rows = [("modulus", "E*", 1e-9, "GPa"), ("yield_stress", "yield stress", 1e-6, "MPa")]
+    rows += [
+        (n, title, *scale) for n, title, scale in zip(answer.law.names, answer.law.titles, answer.law.scales)
+    ]
+    return rows[: len(answer.law.parameters)]
 
 
 def style(axes, x, y):
@@ -21,10 +28,14 @@ def style(axes, x, y):
         axes.spines[side].set_visible(False)
 
 
-def model_curve(features, depth):
-    """Depth (m) and load (N) of a conical curve to a depth from ln C, ln recovery, 1/m."""
+def model_curve(features, depth, reference):
+    """Depth (m) and load (N) of a curve to a depth from ln C, ln recovery, 1/m, and of a tip with a length
+    its loading about the depth `reference` (m)."""
     h = np.linspace(0, depth, 80)
     load = np.exp(features[0]) * h**2
+    if len(features) > 3:
+        way = np.log(np.maximum(h / reference, 1e-3))
+        load *= np.exp((features[3] - 2) * way + features[4] * way**2)
     share = np.linspace(1, 0, 60)
     recovered = forward.full_recovery(np.exp(features[1]), features[2])
     back = depth * (1 - recovered * (1 - share ** features[2]))
@@ -35,12 +46,13 @@ def curve_picture(problem, answer):
     """Measured curves and the fit with its band, a panel a tip; of derived numbers the fitted curve alone."""
     count = len(problem.observed)
     figure, axes = plt.subplots(1, count, figsize=(5.2 * count, 4.0), layout="constrained", squeeze=False)
-    p = np.array([np.log(answer.best[0]), np.log(answer.best[1]), answer.best[2]])
+    p = np.array([*np.log(answer.best[:2]), *answer.best[2:]])
     rng = np.random.default_rng(1)
     some = answer.draws[rng.choice(len(answer.draws), SHOWN, p=answer.weights)]
     for number, (one, ax) in enumerate(zip(problem.observed, axes[0])):
         depth = one.depth or 1e-6
-        curves = [model_curve(f, depth) for f in problem.features(number, some)]
+        reference = one.tip.model(depth)[1]
+        curves = [model_curve(f, depth, reference) for f in problem.features(number, some)]
         loads = np.array([load for _, load in curves])
         depths = np.array([h for h, _ in curves])
         edge = [5, 95]
@@ -54,7 +66,7 @@ def curve_picture(problem, answer):
         )  # fmt: skip
         for _, h, load, _ in one.rows:
             ax.plot(1e9 * h, 1e3 * load, ".", color="0.35", ms=2, label="measured")
-        h, load = model_curve(problem.features(number, p), depth)
+        h, load = model_curve(problem.features(number, p), depth, reference)
         ax.plot(1e9 * h, 1e3 * load, color="#d0530a", lw=1.2, label="fit")
         ax.set_title(one.tip.title, fontsize=10)
         style(ax, "depth [nm]", "load [mN]")
@@ -65,41 +77,55 @@ def curve_picture(problem, answer):
     )
 
 
-def corner_picture(answer):
-    """Each parameter's marginal and each pair's cloud."""
-    values = np.stack([np.exp(answer.draws[:, 0]), np.exp(answer.draws[:, 1]), answer.draws[:, 2]], axis=1)
-    values = values * np.array(SCALES)
+def corner_of(answer):
+    """The corner plot of an answer's draws, in the units of the field."""
+    draws, law = answer.draws, answer.law
+    columns = [np.exp(draws[:, k]) for k in range(2 if law.flows else 1)]
+    if law.flows:
+        columns += list(law.constants(columns[1], tuple(draws[:, 2:].T)))
+    rows = parameters(answer)
+    values = np.stack([scale * column for (*_, scale, _), column in zip(rows, columns)], axis=1)
+    titles = [title + (f" [{unit}]" if unit else "") for _, title, _, unit in rows]
+    return corner_picture(values, answer.weights, titles)
+
+
+def corner_picture(values, weights, titles):
+    """Each parameter's marginal and each pair's cloud, of draws (number, parameter)."""
     rng = np.random.default_rng(2)
-    some = values[rng.choice(len(values), 3000, p=answer.weights)]
-    figure, axes = plt.subplots(3, 3, figsize=(7.4, 6.6), layout="constrained")
-    for i in range(3):
-        for j in range(3):
+    some = values[rng.choice(len(values), 3000, p=weights)]
+    size = len(titles)
+    figure, axes = plt.subplots(
+        size, size, figsize=(1.4 + 2.0 * size, 0.6 + 2.0 * size), layout="constrained", squeeze=False
+    )
+    for i in range(size):
+        for j in range(size):
             ax = axes[i, j]
             if j > i:
                 ax.axis("off")
             elif i == j:
-                ax.hist(values[:, i], bins=40, weights=answer.weights, color="#4c86c6")
+                ax.hist(values[:, i], bins=40, weights=weights, color="#4c86c6")
                 ax.set_yticks([])
-                style(ax, NAMES[i], "")
+                style(ax, titles[i], "")
             else:
                 ax.plot(some[:, j], some[:, i], ".", ms=1.5, alpha=0.3, color="#0b62b8")
-                style(ax, NAMES[j], NAMES[i])
+                style(ax, titles[j], titles[i])
     return picture(
         figure, "corner", "corner plot", "The parameters: each alone, and pairs of them (3000 draws)."
     )
 
 
-def strain_picture(answer):
-    """Stress over plastic strain with its band."""
-    low, middle, high = (np.array([row[k] for row in answer.band]) for k in range(3))
+def strain_picture(low, middle, high, best=None):
+    """Stress (Pa) over plastic strain at STRAINS with its band; `best`: the strain where it is known best."""
     figure, ax = plt.subplots(figsize=(6.2, 4.0), layout="constrained")
     ax.fill_between(100 * STRAINS, 1e-6 * low, 1e-6 * high, color="#0b62b8", alpha=0.25, lw=0)
     ax.plot(100 * STRAINS, 1e-6 * middle, color="#0b62b8")
-    ax.axvline(100 * answer.strain, color="0.6", lw=0.8, ls="--")
+    if best is not None:
+        ax.axvline(100 * best, color="0.6", lw=0.8, ls="--")
     style(ax, "plastic strain [%]", "stress [MPa]")
     return picture(
         figure, "stress", "stress over plastic strain",
-        f"Stress over plastic strain with its {100 * LEVEL:.0f} % band; broken line: where it is known best.",
+        f"Stress over plastic strain with its {100 * LEVEL:.0f} % band"
+        + ("." if best is None else "; broken line: where it is known best."),
     )  # fmt: skip
 
 
@@ -113,8 +139,14 @@ def parameter_rows(answer, poisson, tip_compliance):
     rows = [
         ("E*", *shown_interval(answer.intervals["modulus"], 1e-9, "GPa")),
         (f"E (Poisson's ratio {poisson:g})", *shown_interval(young, 1e-9, "GPa")),
-        ("yield stress", *shown_interval(answer.intervals["yield_stress"], 1e-6, "MPa")),
-        ("hardening exponent", *shown_interval(answer.intervals["exponent"], 1.0, "")),
+    ]
+    if not answer.law.flows:
+        return rows
+    rows += [
+        (title, *shown_interval(answer.intervals[name], scale, unit))
+        for name, title, scale, unit in parameters(answer)[1:]
+    ]
+    rows += [
         ("stress at 3.3 % plastic strain", *shown_interval(answer.intervals["stress_0.033"], 1e-6, "MPa")),
         (
             f"stress at {100 * answer.strain:.2g} % plastic strain, known best",
@@ -127,9 +159,10 @@ def parameter_rows(answer, poisson, tip_compliance):
 def write(path, job, problem, answer, said, repeat):
     """The page; `job` has title, poisson, tip_compliance, notes."""
     yielding = "determined" if words.determined(answer) else "not determined"
+    what = "yield stress" if answer.law.flows else "E*"
     parts = [
         html.tag("header", html.tag("h1", job.title), html.tag("p", *[html.badge(
-            f"yield stress {yielding}", "good" if yielding == "determined" else "look")])),
+            f"{what} {yielding}", "good" if yielding == "determined" else "look")])),
         html.tag(
             "main",
             html.section("answer", "The material", html.table(
@@ -137,8 +170,10 @@ def write(path, job, problem, answer, said, repeat):
                 parameter_rows(answer, job.poisson, job.tip_compliance)),
                 *(html.tag("p", sentence) for sentence in said)),
             html.section("fit", "Curve and fit", html.image(curve_picture(problem, answer))),
-            html.section("strain", "Stress over strain", html.image(strain_picture(answer))),
-            html.section("parameters", "The parameters together", html.image(corner_picture(answer))),
+            *([html.section("strain", "Stress over strain", html.image(
+                  strain_picture(*np.array(answer.band).T, answer.strain)))]
+              if answer.law.flows else []),
+            html.section("parameters", "The parameters together", html.image(corner_of(answer))),
             html.section("determined", "What is determined and what is not", directions_table(answer)),
             html.section("model", "How good the model is", model_table(problem, answer),
                          *(html.tag("p", note) for note in job.notes)),
@@ -152,16 +187,19 @@ def directions_table(answer):
     rows = []
     for one in words.directions(answer):
         known = "determined" if one.sigma <= words.DIRECTIONS else "not determined"
-        rows.append((words.describe(one), f"{1 / one.sigma:.3g}", words.percent(one.sigma), known))
+        rows.append(
+            (words.describe(one, answer.law), f"{1 / one.sigma:.3g}", words.percent(one.sigma), known)
+        )
     return html.table(
-        "Directions of E*, yield stress and exponent by the singular values of their whitened sensitivities",
+        "Directions of the parameters by the singular values of their whitened sensitivities",
         ["direction", "singular value", "one sigma along it", ""],
         rows,
     )
 
 
 def model_table(problem, answer):
-    rows = []
+    rows, law = [], answer.law
+    columns = ("E*", "yield stress", *words.COORDINATES[law.name])[: len(answer.covariance)]
     for name, words_ in (
         ("data", "the data's noise"),
         ("polynomials", "scatter of the runs about the polynomials"),
@@ -170,14 +208,12 @@ def model_table(problem, answer):
     ):
         if name in answer.parts:
             part = answer.parts[name]
-            rows.append((words_, words.percent(part[0]), words.percent(part[1]), f"{part[2]:.2g}"))
-    table = html.table(
-        "One sigma of E*, yield stress and exponent, by what it comes from",
-        ["from", "E*", "yield stress", "exponent"], rows,
-    )  # fmt: skip
+            rows.append((words_, *map(words.percent, part[:2]), *(f"{value:.2g}" for value in part[2:])))
+    table = html.table("One sigma of each parameter, by what it comes from", ["from", *columns], rows)
     lines = [
-        (model.tip.title, str(len(model.cases)), *(f"{fit.scatter:.2g}" for fit in model.fits),
-         *(f"{value:.2g}" for value in model.shared))
+        (words.candidate_title(model.tip), str(len(model.cases)),
+         *(f"{fit.scatter:.2g}" for fit in model.fits[:3]),
+         *(f"{value:.2g}" for value in model.shared[:3]))
         for model in problem.surrogates
     ]  # fmt: skip
     return html.join(

@@ -11,13 +11,13 @@ from .tips import Tip
 KNOWN = 0.25  # half of an interval over its middle: above it a number is not determined
 TOGETHER = 0.9  # correlation of two numbers that are known only together
 DIRECTIONS = 0.25  # one sigma along a direction, as a share of stress: above it the data do not determine it
-TITLES = {"modulus": "E*", "yield_stress": "yield stress", "exponent": "hardening exponent"}
+WHERE = (0.01, forward.REPRESENTATIVE, 0.1)  # plastic strains where a coordinate's effect is measured
 
 
 @dataclass
 class Direction:
-    """A direction of (ln E*, ln yield stress, exponent times ln(1 + E eps/yield stress)): one sigma along it
-    from the singular value of the whitened sensitivities."""
+    """A direction of ln E*, ln yield stress, and each coordinate of the law times what it does to the
+    logarithm of the stress: one sigma along it from the singular value of the whitened sensitivities."""
 
     weights: np.ndarray
     sigma: float
@@ -29,15 +29,27 @@ def half_width(interval):
 
 
 def stretch(answer):
-    """ln(1 + E eps / yield stress) at the representative strain: what the exponent does to the stress."""
-    ratio = answer.best[0] * (1 - TABLE_POISSON**2) / answer.best[1]
-    return float(np.log1p(ratio * forward.REPRESENTATIVE))
+    """What each coordinate of the law does to the logarithm of the stress: of the power law, ln(1 + E eps /
+    yield stress) at the representative strain."""
+    law, found = answer.law, []
+    young, yielding, shape = answer.best[0] * (1 - TABLE_POISSON**2), *answer.best[1:2], answer.best[2:]
+    places = WHERE if len(shape) > 1 else (forward.REPRESENTATIVE,)
+    for k, (low, high) in enumerate(zip(law.low, law.high)):
+        ends = [np.array(shape) for _ in range(2)]
+        step = 1e-3 * (high - low)
+        ends[0][k], ends[1][k] = max(shape[k] - step, low), min(shape[k] + step, high)
+        stresses = [np.log([law.stress(young, yielding, end, e) for e in places]) for end in ends]
+        found.append(max(float(np.max(np.abs(stresses[1] - stresses[0])) / (ends[1][k] - ends[0][k])), 1e-3))
+    return np.array(found)
 
 
 def directions(answer):
-    scaled = answer.jacobian / np.array([1.0, 1.0, stretch(answer)])
-    if scaled.shape[0] < 3:
-        scaled = np.vstack([scaled, np.zeros((3 - scaled.shape[0], 3))])
+    size = len(answer.covariance)
+    scaled = answer.jacobian.copy()
+    if answer.law.flows:
+        scaled /= np.array([1.0, 1.0, *stretch(answer)])
+    if scaled.shape[0] < size:
+        scaled = np.vstack([scaled, np.zeros((size - scaled.shape[0], size))])
     _, values, rows = np.linalg.svd(scaled)
     return [Direction(row, 1 / max(value, 1e-6)) for value, row in zip(values, rows)]
 
@@ -51,9 +63,17 @@ def percent(share):
     return f"{100 * share:.2g} %"
 
 
-def describe(direction):
-    """Such as `yield stress up by 10 %, exponent down`."""
-    signs = ("E*", "yield stress", "exponent")
+COORDINATES = {
+    "power": ("exponent",),
+    "ludwik": ("exponent", "hardening at 10 % strain over yield stress"),
+    "voce": ("rise Q over yield stress", "rate b"),
+    "elastic": (),
+}
+
+
+def describe(direction, law):
+    """Such as `yield stress up with exponent down`."""
+    signs = ("E*", "yield stress", *COORDINATES[law.name])
     parts = [
         f"{name} {'up' if weight > 0 else 'down'}"
         for name, weight in zip(
@@ -68,94 +88,127 @@ def sentences(answer, tips):
     """What is determined, and what is not."""
     said = []
     inside = answer.intervals
-    stress = half_width(inside["stress_best"])
     names = " and ".join(dict.fromkeys(tip.title for tip in tips))
+    if not answer.law.flows:
+        said.append(
+            f"The data ({names}) determine E* within {percent(half_width(inside['modulus']))} "
+            f"({100 * LEVEL:.0f} % interval)."
+        )
+        return said + misfit(answer)
+    stress = half_width(inside["stress_best"])
     where = f"{100 * answer.strain:.2g} % plastic strain" if answer.strain > 0 else "the beginning of flow"
     said.append(
         f"The data ({names}) determine the stress at {where} within {percent(stress)} and E* within "
         f"{percent(half_width(inside['modulus']))} ({100 * LEVEL:.0f} % intervals)."
     )
     yielding = half_width(inside["yield_stress"])
-    span = inside["exponent"][2] - inside["exponent"][0]
     unknown = [one for one in directions(answer) if one.sigma > DIRECTIONS]
+    hardening = list(zip(answer.law.names, answer.law.titles, answer.law.scales))
     if determined(answer):
-        said.append(
-            f"The yield stress is determined within {percent(yielding)}, the exponent within {span / 2:.2g}."
-        )
+        widths = [
+            f"the {title} within {0.5 * scale * (inside[name][2] - inside[name][0]):.2g} {unit}".strip()
+            for name, title, (scale, unit) in hardening
+        ]
+        said.append(f"The yield stress is determined within {percent(yielding)}, {', '.join(widths)}.")
     else:
+        spans = [
+            f"that of the {title} "
+            + f"{scale * inside[name][0]:.2g} to {scale * inside[name][2]:.2g} {unit}".strip()
+            for name, title, (scale, unit) in hardening
+        ]
         said.append(
             f"The yield stress is not determined: its interval is {inside['yield_stress'][0] / 1e6:.4g} to "
-            f"{inside['yield_stress'][2] / 1e6:.4g} MPa, that of the exponent {inside['exponent'][0]:.2g} to "
-            f"{inside['exponent'][2]:.2g}."
+            f"{inside['yield_stress'][2] / 1e6:.4g} MPa, {', '.join(spans)}."
         )
-        if abs(correlation(answer)) > TOGETHER:
+        if answer.law.name == "power" and abs(correlation(answer)) > TOGETHER:
             said.append(
                 "Yield stress and exponent are known only together: a higher yield stress with a lower "
                 "exponent gives the same curve."
             )
     for one in unknown:
         said.append(
-            f"Not determined is the direction {describe(one)} (one sigma along it: {percent(one.sigma)} of "
-            f"stress; singular value {1 / one.sigma:.3g})."
+            f"Not determined is the direction {describe(one, answer.law)} (one sigma along it: "
+            f"{percent(one.sigma)} of stress; singular value {1 / one.sigma:.3g})."
         )
+    return said + misfit(answer)
+
+
+def misfit(answer):
+    """A sentence where the model does not fit."""
     if answer.freedom and answer.chi2 > answer.freedom + 4 * np.sqrt(2 * answer.freedom):
-        said.append(
+        return [
             f"The model does not fit: chi2 is {answer.chi2:.3g} at {answer.freedom} degrees of freedom. "
             "Another law, a worn tip, the frame's compliance or friction may be behind it; the intervals "
             "hold only where the model does."
-        )
-    return said
+        ]
+    return []
 
 
 def determined(answer):
     """Whether yield stress and exponent are told apart: both the interval and the singular values say so."""
+    if not answer.law.flows:
+        return half_width(answer.intervals["modulus"]) <= KNOWN
     return half_width(answer.intervals["yield_stress"]) <= KNOWN and all(
         one.sigma <= DIRECTIONS for one in directions(answer)
     )
 
 
-CANDIDATES = (Tip("cone", 70.3), Tip("cone", 60.0), Tip("cone", 50.0), Tip("cone", 80.0))
+CANDIDATES = (
+    Tip("cone", 70.3), Tip("cone", 60.0), Tip("cone", 50.0), Tip("cone", 80.0),
+    Tip("sphere", 0.0, 10.0).model(1.0)[0], Tip("sphere", 0.0, 3.0).model(1.0)[0],
+)  # fmt: skip
 
 
 @dataclass
 class Suggestion:
-    """A further experiment: half-widths of yield stress and exponent after it, and its price in runs."""
+    """A further experiment: half-widths of yield stress and of the first coordinate after it."""
 
     tip: object
     before: float
     after: float
     exponent_after: float
-    runs: int
 
 
 def next_experiments(problem, answer, surrogate_of, noise=None, candidates=CANDIDATES):
     """Candidates by how much they shrink the interval of the yield stress, to first order about the optimum.
     surrogate_of(tip) gives a Surrogate, or None where the runs are missing: that candidate is left out.
-    `noise`: covariance of the data of the new curve; without it that of the first one."""
+    `noise`: one sigma each of the features of the new curve."""
     from .fit import Problem
     from .observed import Observed
 
-    covariance = noise if noise is not None else np.diag([0.003, 0.006, 0.01]) ** 2
+    sigma = noise if noise is not None else np.array([0.003, 0.006, 0.01, 0.01, 0.02])
     found = []
-    p = np.array([np.log(answer.best[0]), np.log(answer.best[1]), answer.best[2]])
+    if not answer.law.flows:
+        return found
+    p = np.array([*np.log(answer.best[:2]), *answer.best[2:]])
     factor = 1.645
     before = factor * np.sqrt(answer.covariance[1, 1])
     for tip in candidates:
         model = surrogate_of(tip)
         if model is None:
             continue
-        more = Observed(tip, ["ln C", "ln recovery", "1/m"], np.zeros(3), covariance, lambda f: f)
-        wider = Problem([*problem.observed, more], [*problem.surrogates, model], problem.exponents)
+        size = model.count
+        more = Observed(tip, ["feature"] * size, np.zeros(size), np.diag(sigma[:size] ** 2), lambda f: f)
+        wider = Problem([*problem.observed, more], [*problem.surrogates, model])
         wider.values = wider.predict(p)
         total = sum(wider.covariances(p))
         slope = wider.slope(p, np.eye(len(total)))
-        information = slope.T @ np.linalg.solve(total, slope) + np.diag([1 / 9.0, 1 / 9.0, 1 / 0.4**2])
-        after = np.linalg.inv(information)
-        found.append(Suggestion(tip, before, factor * np.sqrt(after[1, 1]), factor * np.sqrt(after[2, 2]), 0))
+        known = np.diag(problem.wide**-2.0)
+        for k, (_, width) in problem.priors.items():
+            known[k, k] += 1 / width**2
+        after = np.linalg.inv(slope.T @ np.linalg.solve(total, slope) + known)
+        found.append(Suggestion(tip, before, factor * np.sqrt(after[1, 1]), factor * np.sqrt(after[2, 2])))
     return sorted(found, key=lambda one: one.after)
 
 
-def advice(suggestions, left_out=(), minutes=0.0):
+def candidate_title(tip):
+    """Of a tip that is run: a sphere by its depth over its radius."""
+    if tip.kind == "sphere":
+        return f"sphere pressed in by {1 / tip.radius:.2g} of its radius"
+    return tip.title
+
+
+def advice(suggestions, left_out=(), minutes=0.0, coordinate="exponent"):
     """The best of them in a sentence, and those whose runs are missing, with the minutes that each takes."""
     said = []
     if suggestions:
@@ -163,18 +216,20 @@ def advice(suggestions, left_out=(), minutes=0.0):
         change = f"from {percent(best.before)} to {percent(best.after)}"
         if best.after > 0.85 * best.before:
             said.append(
-                f"No further cone of those with runs would help much: a {best.tip.title} takes the interval "
-                f"of the yield stress {change} only."
+                f"No further tip of those with runs would help much: a {candidate_title(best.tip)} takes the "
+                f"interval of the yield stress {change} only."
             )
         else:
             said.append(
-                f"What would help most: a {best.tip.title}. It takes the interval of the yield stress "
-                f"{change} and that of the exponent to {best.exponent_after:.2g}, for one more indentation "
-                "and no further runs."
+                f"What would help most: a {candidate_title(best.tip)}. It takes the interval of the yield "
+                f"stress {change} and that of the {coordinate} to {best.exponent_after:.2g}, for one more "
+                "indentation and no further runs."
             )
+            others = [one for one in suggestions[1:] if one.after < 0.85 * one.before]
+            if others:
+                listed = ", ".join(f"{candidate_title(one.tip)} {percent(one.after)}" for one in others)
+                said.append(f"Others that would help: {listed}.")
     if left_out:
-        angles = ", ".join(f"{tip.half_angle:g}" for tip in left_out)
-        said.append(
-            f"Not looked at, for want of runs ({minutes:.1f} minutes each): cones of {angles} degrees."
-        )
+        listed = ", ".join(candidate_title(tip) for tip in left_out)
+        said.append(f"Not looked at, for want of runs (about {minutes:.1f} minutes each): {listed}.")
     return said
