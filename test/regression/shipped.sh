@@ -17,7 +17,12 @@ for scene in "$ROOT"/input/*.nml "$ROOT"/input/tutorial/*.nml; do
          $0 = substr($0, 1, RSTART + 8) sprintf("%.9g", value/share) substr($0, RSTART + RLENGTH)
       }
       { print }' "$scene" >"$name.nml"
-   run_scene "$ranks" "$name.nml" "$name.log" || fail "$name ended with status $?: $(tail -n 3 "$name.log")"
+   if ! run_scene "$ranks" "$name.nml" "$name.log"; then
+      grep -q '^&atoms' "$scene" && grep -q 'Cu_mishin1.*cannot be read\|LAMMPS cannot be opened' "$name.log" ||
+         fail "$name ended badly: $(tail -n 3 "$name.log")"
+      echo "  left out, LAMMPS or its potentials are not there: $name"
+      continue
+   fi
    grep -q '^finished' "$name.log" || fail "$name has no closing summary"
    echo "ok      $name: $(grep 'steps to' "$name.log")"
 done
