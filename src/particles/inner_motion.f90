@@ -24,21 +24,13 @@ contains
          call of_section(column, first, last, layout, kinetic, angular)
          return
       end if
-      associate (m => column(first:last, layout%mass), l => column(first:last, &
-            layout%gradient:layout%gradient + 8))
-         if (layout%domain > 0) then
-            call of_edges(last - first + 1, m, l, column(first:last, layout%domain:layout%domain + 8), &
-                          kinetic, angular)
-         else if (layout%half_sizes) then
-            call of_boxes(last - first + 1, m, l, column(first:last, layout%half_size), &
-                          column(first:last, layout%half_size + 1), &
-                          column(first:last, layout%half_size + 2), kinetic, angular)
-         else
-            call of_boxes(last - first + 1, m, l, column(first:last, layout%half_size), &
-                          column(first:last, layout%half_size), &
-                          column(first:last, layout%half_size), kinetic, angular)
-         end if
-      end associate
+      if (layout%domain > 0) then
+         call of_edges(column, first, last, layout%mass, layout%gradient - 1, layout%domain - 1, kinetic, &
+                       angular)
+      else
+         call of_boxes(column, first, last, layout%mass, layout%gradient - 1, &
+                       layout%half_size + merge([0, 1, 2], 0, layout%half_sizes), kinetic, angular)
+      end if
    end subroutine inner_motion
 
    !> Of a section the parts that lie in it: nothing turns or stretches across it, and all around no angular
@@ -85,48 +77,59 @@ contains
       about_y = about_y + turning/3.0_wp
    end subroutine of_edge
 
-   !> Boxes along the axes, with the half sizes r1, r2, r3 (m).
-   pure subroutine of_boxes(count, m, l, r1, r2, r3, kinetic, angular)
-      integer, intent(in) :: count
-      real(wp), intent(in) :: m(:), l(:, :), r1(:), r2(:), r3(:)
+   !> Boxes along the axes: columns of the mass, the one before the gradient, those of the half sizes.
+   pure subroutine of_boxes(column, first, last, m, l, h, kinetic, angular)
+      real(wp), intent(in), contiguous :: column(:, :)
+      integer, intent(in) :: first, last, m, l, h(3)
       real(wp), intent(out) :: kinetic, angular(3)
       real(wp) :: twice, about_x, about_y, about_z, w1, w2, w3
       integer :: p
       twice = 0.0_wp; about_x = 0.0_wp; about_y = 0.0_wp; about_z = 0.0_wp
       !$omp simd reduction(+: twice, about_x, about_y, about_z) private(w1, w2, w3)
-      do p = 1, count
-         w1 = m(p)*r1(p)**2
-         w2 = m(p)*r2(p)**2
-         w3 = m(p)*r3(p)**2
-         twice = twice + w1*(l(p, 1)**2 + l(p, 2)**2 + l(p, 3)**2) + w2*(l(p, 4)**2 + l(p, 5)**2 &
-            + l(p, 6)**2) + w3*(l(p, 7)**2 + l(p, 8)**2 + l(p, 9)**2)
-         about_x = about_x + w2*l(p, 6) - w3*l(p, 8)
-         about_y = about_y + w3*l(p, 7) - w1*l(p, 3)
-         about_z = about_z + w1*l(p, 2) - w2*l(p, 4)
+      do p = first, last
+         w1 = column(p, m)*column(p, h(1))**2
+         w2 = column(p, m)*column(p, h(2))**2
+         w3 = column(p, m)*column(p, h(3))**2
+         twice = twice + w1*(column(p, l + 1)**2 + column(p, l + 2)**2 + column(p, l + 3)**2) &
+                 + w2*(column(p, l + 4)**2 + column(p, l + 5)**2 + column(p, l + 6)**2) &
+                 + w3*(column(p, l + 7)**2 + column(p, l + 8)**2 + column(p, l + 9)**2)
+         about_x = about_x + w2*column(p, l + 6) - w3*column(p, l + 8)
+         about_y = about_y + w3*column(p, l + 7) - w1*column(p, l + 3)
+         about_z = about_z + w1*column(p, l + 2) - w2*column(p, l + 4)
       end do
       kinetic = twice/6.0_wp
       angular = [about_x, about_y, about_z]/3.0_wp
    end subroutine of_boxes
 
-   !> Parallelepipeds with the half edges r, one behind the other (m): each edge turns and stretches as L r.
-   pure subroutine of_edges(count, m, l, r, kinetic, angular)
-      integer, intent(in) :: count
-      real(wp), intent(in) :: m(:), l(:, :), r(:, :)
+   !> Parallelepipeds: columns of the mass, the one before the gradient, the one before the half edges, which
+   !> stand one behind the other: each edge r turns and stretches as L r.
+   pure subroutine of_edges(column, first, last, m, l, r, kinetic, angular)
+      real(wp), intent(in), contiguous :: column(:, :)
+      integer, intent(in) :: first, last, m, l, r
       real(wp), intent(out) :: kinetic, angular(3)
-      real(wp) :: twice, about_x, about_y, about_z, u1, u2, u3
+      real(wp) :: twice, about_x, about_y, about_z, squares, turn_x, turn_y, turn_z, u1, u2, u3
       integer :: k, p
       twice = 0.0_wp; about_x = 0.0_wp; about_y = 0.0_wp; about_z = 0.0_wp
-      !$omp simd reduction(+: twice, about_x, about_y, about_z) private(u1, u2, u3)
-      do p = 1, count
-         do k = 1, 7, 3
-            u1 = m(p)*(l(p, 1)*r(p, k) + l(p, 4)*r(p, k + 1) + l(p, 7)*r(p, k + 2))
-            u2 = m(p)*(l(p, 2)*r(p, k) + l(p, 5)*r(p, k + 1) + l(p, 8)*r(p, k + 2))
-            u3 = m(p)*(l(p, 3)*r(p, k) + l(p, 6)*r(p, k + 1) + l(p, 9)*r(p, k + 2))
-            twice = twice + (u1**2 + u2**2 + u3**2)/m(p)
-            about_x = about_x + r(p, k + 1)*u3 - r(p, k + 2)*u2
-            about_y = about_y + r(p, k + 2)*u1 - r(p, k)*u3
-            about_z = about_z + r(p, k)*u2 - r(p, k + 1)*u1
+      !$omp simd reduction(+: twice, about_x, about_y, about_z) &
+      !$omp& private(squares, turn_x, turn_y, turn_z, k, u1, u2, u3)
+      do p = first, last
+         squares = 0.0_wp; turn_x = 0.0_wp; turn_y = 0.0_wp; turn_z = 0.0_wp
+         do k = r, r + 6, 3
+            u1 = column(p, l + 1)*column(p, k + 1) + column(p, l + 4)*column(p, k + 2) &
+                 + column(p, l + 7)*column(p, k + 3)
+            u2 = column(p, l + 2)*column(p, k + 1) + column(p, l + 5)*column(p, k + 2) &
+                 + column(p, l + 8)*column(p, k + 3)
+            u3 = column(p, l + 3)*column(p, k + 1) + column(p, l + 6)*column(p, k + 2) &
+                 + column(p, l + 9)*column(p, k + 3)
+            squares = squares + u1**2 + u2**2 + u3**2
+            turn_x = turn_x + column(p, k + 2)*u3 - column(p, k + 3)*u2
+            turn_y = turn_y + column(p, k + 3)*u1 - column(p, k + 1)*u3
+            turn_z = turn_z + column(p, k + 1)*u2 - column(p, k + 2)*u1
          end do
+         twice = twice + column(p, m)*squares
+         about_x = about_x + column(p, m)*turn_x
+         about_y = about_y + column(p, m)*turn_y
+         about_z = about_z + column(p, m)*turn_z
       end do
       kinetic = twice/6.0_wp
       angular = [about_x, about_y, about_z]/3.0_wp
