@@ -166,7 +166,7 @@ contains
       if (.not. may_lock(scene)) return
       cure = '&anti_locking removes both for up to a quarter more time'
       if (scene%quasi_static%preconditioner == preconditioner_gamg) &
-         cure = "it needs preconditioner='jacobi', not 'gamg'"
+         cure = "it needs preconditioner='bpx', not 'gamg'"
       call console%line('may lock   nearly incompressible or plastic material without &anti_locking: '// &
                         'expect volumetric locking (too stiff) and pressure oscillations; '//cure)
    end subroutine introduce_choices

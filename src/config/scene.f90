@@ -28,7 +28,8 @@ module m_scene
    character(len=*), parameter, public :: rest_group = 'rest' !< the contact group of bodies that name none
    integer, parameter, public :: start_apart = 1, start_as_is = 2
    integer, parameter, public :: mode_static = 1, mode_newmark = 2
-   integer, parameter, public :: preconditioner_jacobi = 1, preconditioner_gamg = 2
+   integer, parameter, public :: preconditioner_jacobi = 1, preconditioner_gamg = 2, &
+                                 preconditioner_bpx = 3
 
    !> &grid: the background grid. Sides in the order x- x+ y- y+ z- z+.
    type, public :: grid_spec_t
@@ -187,7 +188,7 @@ module m_scene
       real(wp) :: stabilisation = 1.0_wp/30.0_wp !< of the ghost penalty, in Young's modulus; 0: none
       logical :: iterations = .false.    !< every Newton iteration is told
       integer :: mode = mode_static
-      integer :: preconditioner = preconditioner_jacobi
+      integer :: preconditioner = preconditioner_bpx
       real(wp) :: theta = 0.5_wp         !< with inertia: share of a step's end in its mean forces and speeds
    contains
       procedure :: holds_at

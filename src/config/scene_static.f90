@@ -78,7 +78,7 @@ contains
             if (it%name == 'anti_locking' .and. .not. it%declined() &
                 .and. scene%quasi_static%preconditioner == preconditioner_gamg) &
                call fail(error, exit_input, it%group_text()//': not with preconditioner=''gamg'' of '// &
-                         '&quasi_static, which stalls on it in metal that flows; take jacobi, or leave '// &
+                         '&quasi_static, which stalls on it in metal that flows; take bpx, or leave '// &
                          'it out')
          end associate
       end do
@@ -89,7 +89,7 @@ contains
                    'explicit scheme')
       if (scene%quasi_static%preconditioner == preconditioner_gamg .and. size(scene%levels) > 0) &
          call fail(error, exit_input, text%place('quasi_static', 1, 'preconditioner')//': gamg is not '// &
-                   'with &level, for its elements are those of one grid; take jacobi')
+                   'with &level, for its elements are those of one grid; take bpx')
       if (scene%fields() > 1) call check_groups(text, scene, error)
       if (scene%time%stress_update /= update_usl) &
          call fail(error, exit_input, text%place('time', 1, 'stress_update')//': with &quasi_static only '// &
@@ -132,7 +132,7 @@ contains
                    'they touch, or take the explicit scheme')
       if (scene%quasi_static%preconditioner == preconditioner_gamg) &
          call fail(error, exit_input, text%place('quasi_static', 1, 'preconditioner')//': gamg is not '// &
-                   'with more than one contact_group, for its elements are those of one body; take jacobi')
+                   'with more than one contact_group, for its elements are those of one body; take bpx')
       if (.not. allocated(scene%body_contacts)) return
       do i = 1, size(scene%body_contacts)
          associate (it => scene%body_contacts(i))

@@ -13,7 +13,8 @@ module m_scene_words
    character(len=*), parameter, public :: stress_update_words(3) = [character(len=4) :: 'usl', 'usf', 'musl']
    character(len=*), parameter, public :: velocity_update_words(2) = [character(len=4) :: 'flip', 'pic']
    character(len=*), parameter, public :: static_mode_words(2) = [character(len=7) :: 'static', 'newmark']
-   character(len=*), parameter, public :: preconditioner_words(2) = [character(len=6) :: 'jacobi', 'gamg']
+   character(len=*), parameter, public :: preconditioner_words(3) = [character(len=6) :: 'jacobi', 'gamg', &
+                                                                                       'bpx']
    character(len=*), parameter, public :: transfer_words(2) = [character(len=6) :: 'affine', 'plain']
    character(len=*), parameter, public :: domain_words(3) = [character(len=7) :: 'fixed', 'stretch', &
                                           'corners']

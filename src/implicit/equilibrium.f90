@@ -39,6 +39,9 @@ module m_equilibrium
 
    integer, parameter :: iteration_limit = 25, max_halvings = 6
    integer, parameter :: patience = 8      !< iterations without a smaller residual
+   real(wp), parameter :: rough = 1.0e-3_wp, roughest = 1.0e-2_wp !< linear problems are solved to this, of
+                                                                 !< the forces left over,
+   real(wp), parameter :: enough = 0.03_wp !< and no further than to this share of the tolerance
    real(wp), parameter :: closed = 1.0e-6_wp !< cells: what gaps may be off by
    real(wp), parameter :: longest = 0.5_wp   !< component of the gradient of a change in one iteration
    real(wp), parameter :: min_determinant = 0.05_wp, largest_gradient = 0.95_wp
@@ -52,7 +55,7 @@ contains
       class(equilibrium_t), intent(inout) :: self
       real(wp), intent(in) :: tolerance
       real(wp), allocatable :: force(:), change(:), friction_force(:, :), pressing(:)
-      real(wp) :: residual, gap, cell, best
+      real(wp) :: residual, before, share, gap, cell, best
       integer :: best_at, n
       associate (system => self%system, unknowns => self%system%size())
          cell = system%model%levels(size(system%levels))%grid%cell
@@ -61,6 +64,7 @@ contains
          call self%prepare()
          best = huge(best)
          best_at = 0
+         residual = huge(residual)
          call system%evaluate(self%z, force, self%trial_status)
          if (.not. self%is_sound()) then
             self%z = 0.0_wp
@@ -73,6 +77,7 @@ contains
             end do
             call system%contact_forces(pressing, friction_force, self%left)
             self%left = self%left + force
+            before = residual
             residual = sqrt(system%dot(self%left, self%left))
             gap = self%worst_gap()/cell
             if (self%wants_log) call self%say(residual, gap)
@@ -91,8 +96,10 @@ contains
             if (self%newton >= iteration_limit .or. self%linear%unsolved >= max_unsolved &
                 .or. self%linear%unsettled >= max_unsettled .or. self%newton - best_at >= patience) return
             self%newton = self%newton + 1
+            share = rough ! where bends of the law hold Newton's method up, less is enough (Eisenstat, Walker)
+            if (self%newton > 1) share = max(rough, min(roughest, 0.9_wp*(residual/before)**2))
             call system%linearise()
-            call self%linear%improve(system, force, self%left, change)
+            call self%linear%improve(system, force, self%left, share, enough*tolerance*system%scale, change)
             if (self%linear%stopped .or. system%is_called_off()) then
                self%outcome = merge(called_off, not_held, system%asked > 0)
                return
@@ -112,7 +119,7 @@ contains
          there = system%model%communicator%minimum(merge(1.0_wp, 0.0_wp, size(self%z) &
             == self%linear%krylov%size())) > 0.5_wp
          call self%linear%krylov%fit(system%model%communicator%comm%MPI_VAL, unknowns, there, &
-                                     self%linear%elements%wanted)
+                                     self%linear%elements%wanted .or. self%linear%grids%wanted)
          call self%linear%begin()
          self%newton = 0
          self%log = ''

@@ -6,7 +6,7 @@ module m_quasi_static
    use m_text, only: to_text, si
    use m_timers
    use m_group_reader, only: name_length
-   use m_scene, only: scene_t, quasi_static_spec_t, preconditioner_gamg
+   use m_scene, only: scene_t, quasi_static_spec_t, preconditioner_gamg, preconditioner_bpx
    use m_field_table, only: layout_t
    use m_particle_store, only: particle_store_t
    use m_model, only: model_t, bounds_t
@@ -94,6 +94,7 @@ contains
       end do
       self%equilibrium%system%ramp = self%spec%ramp
       self%equilibrium%linear%elements%wanted = self%spec%preconditioner == preconditioner_gamg
+      self%equilibrium%linear%grids%wanted = self%spec%preconditioner == preconditioner_bpx
       if (self%spec%ramp > 0.0_wp) model%effect_step%follows_particles = .false. ! they do not know of it
       self%ahead = model%works_ahead
       self%equilibrium%system%inertia%acts = self%spec%has_inertia()

@@ -356,10 +356,11 @@ contains
       end associate
    end subroutine add_force_at
 
-   !> Add the pressed points' part of the diagonal; as add_force_at.
-   pure subroutine add_diagonal(self, tiles)
+   !> Add the pressed points' part of the diagonal, with the weights to the power of 2; as add_force_at.
+   pure subroutine add_diagonal(self, tiles, power)
       class(static_contact_t), intent(inout) :: self
       real(wp), intent(inout), contiguous :: tiles(:, 0:, 0:, 0:, :)
+      integer, intent(in) :: power !< 1: what resists even motion
       integer :: i, j, k, n
       do n = 1, self%count
          if (.not. self%list(n)%pressed) cycle
@@ -369,12 +370,12 @@ contains
                   do i = 0, c%face%last
                      associate (at => tiles(f_x:f_z, c%face%corner(1) + 1 + i, c%face%corner(2) + 1 + j, &
                                             c%face%corner(3) + 1 + k, c%block))
-                        at = at + c%face%weight(i, j, k)**2*stiffness
+                        at = at + c%face%weight(i, j, k)**power*stiffness
                      end associate
                   end do
                end do
             end do
-            if (c%partner > 0) call self%pairs%push(c%partner, stiffness, 2)
+            if (c%partner > 0) call self%pairs%push(c%partner, stiffness, power)
          end associate
       end do
    end subroutine add_diagonal

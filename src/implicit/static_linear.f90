@@ -5,6 +5,7 @@ module m_static_linear
    use m_krylov, only: krylov_t
    use m_static_system, only: static_system_t
    use m_static_elements, only: static_elements_t
+   use m_coarse_grids, only: coarse_grids_t
    implicit none
    private
    public :: static_linear_t
@@ -12,7 +13,8 @@ module m_static_linear
    type :: static_linear_t
       type(krylov_t) :: krylov
       type(static_elements_t) :: elements
-      logical :: has_elements = .false.   !< they are made in this step
+      type(coarse_grids_t) :: grids
+      logical :: is_fitted = .false.      !< elements or grids are made in this step
       integer :: solves = 0, products = 0 !< of this step
       integer :: unsolved = 0             !< linear problems of this step that were not
       logical :: stopped = .false.        !< the system has asked to stop
@@ -37,7 +39,6 @@ module m_static_linear
    integer, parameter :: patience = 5         !< with conjugate gradients: times the mean of the problems that
                                               !< they have solved,
    integer, parameter :: min_patience = 300 !< and at least
-   real(wp), parameter :: rough = 1.0e-3_wp !< linear problems are solved to this, of the forces left over
    real(wp), parameter :: unknown = sqrt(huge(1.0_wp)) !< N: times a length it is a number still
 
 contains
@@ -53,18 +54,20 @@ contains
       self%gmres_leads = .false.
       self%cg_solved = 0 ! what other steps took would not be known after a restart
       self%cg_iterations = 0
-      self%has_elements = .false.
+      self%is_fitted = .false.
    end subroutine begin
 
    !> Collective: the change of the displacements that solves the linear problem with contact: of the convex
    !> energy of the linearised step, whose points press where their gaps would close, and rub by bounds that
    !> follow the pressing. Forces of the points become those of the linear problem. `left`: forces that
-   !> nothing balances.
-   subroutine improve(self, system, force, left, change)
+   !> nothing balances; of what is left over with the points as they are, `share` may stay, and `least` in any
+   !> case.
+   subroutine improve(self, system, force, left, share, least, change)
       class(static_linear_t), intent(inout) :: self
       type(static_system_t), intent(inout) :: system
       real(wp), intent(in) :: force(:) !< without contact, N
       real(wp), intent(in) :: left(:)  !< N
+      real(wp), intent(in) :: share, least !< 1; N
       real(wp), intent(out) :: change(:)
       real(wp), dimension(size(change)) :: direction, right, stiff, moved
       real(wp), dimension(3, system%contact%count) :: ahead, along
@@ -76,7 +79,7 @@ contains
          moved = 0.0_wp ! K change, without the stiffness of points
          ahead = 0.0_wp ! way of the points over their tools by the change
          call start_bounds(system, bound)
-         aim = max(rough*what_is_left(system, force, left, bound), tiny(aim))
+         aim = max(share*what_is_left(system, force, left, bound), least, tiny(aim))
          do guess = 1, merge(max_with_friction, max_guesses, contact%is_frictional)
             done = .false.
             call self%set_points(system, ahead, bound, force - moved, right)
@@ -245,10 +248,12 @@ contains
       logical :: solved, cg_may_solve
       call system%renew_diagonal()
       diagonal = system%diagonal
-      if (self%elements%wanted .and. .not. self%has_elements) then
-         call self%elements%make(system)
-         self%has_elements = .true.
+      if (.not. self%is_fitted) then
+         if (self%elements%wanted) call self%elements%make(system)
+         if (self%grids%wanted) call self%grids%begin(system)
+         self%is_fitted = .true.
       end if
+      if (self%grids%wanted) call self%grids%renew(system)
       system%presses = .true.
       self%solves = self%solves + 1
       patient = first_patience
@@ -257,7 +262,7 @@ contains
       solved = .false.
       cg_may_solve = self%gmres_leads
       if (.not. self%gmres_leads) then
-         call try(.true., patient)
+         call try_conjugate_gradients(patient)
          cg_may_solve = products >= patient .and. patient < max_products
       end if
       if (self%stopped) return
@@ -268,16 +273,32 @@ contains
       if (solved .or. self%stopped) return
       if (cg_may_solve) then
          by_gmres = direction
-         call try(.true., max_products)
+         call try_conjugate_gradients(max_products)
          if (.not. solved) direction = by_gmres
       end if
       if (.not. solved) self%unsolved = self%unsolved + 1
    contains
+      !> Conjugate gradients that meet what nothing holds find a way that goes by the preconditioner, too.
+      !> That by the diagonal counts: it is that of the loads.
+      subroutine try_conjugate_gradients(most)
+         integer, intent(in) :: most
+         call try(.true., most)
+         if (solved .or. .not. self%grids%wanted .or. products >= most .or. system%asked > 0) return
+         self%grids%diagonal_alone = .true.
+         call try(.true., most)
+         self%grids%diagonal_alone = .false.
+      end subroutine try_conjugate_gradients
+
       subroutine try(symmetric, most)
          logical, intent(in) :: symmetric
          integer, intent(in) :: most
-         call self%krylov%solve(system, diagonal, self%elements, right, direction, aim, symmetric, most, &
-                                products, solved)
+         if (self%grids%wanted) then
+            call self%krylov%solve(system, diagonal, self%grids, right, direction, aim, symmetric, most, &
+                                   products, solved)
+         else
+            call self%krylov%solve(system, diagonal, self%elements, right, direction, aim, symmetric, most, &
+                                   products, solved)
+         end if
          self%products = self%products + products
          self%stopped = self%krylov%stopped
          if (.not. (symmetric .and. solved) .or. products > patient) return ! at length is no measure

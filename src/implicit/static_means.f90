@@ -11,7 +11,7 @@ module m_static_means
    use m_static_tiles, only: sum_up, take_gradients
    implicit none
    private
-   public :: take_trial_gradients, push_nodes, mean_pressures
+   public :: take_trial_gradients, push_nodes, multiply_tangents, mean_pressures
 
 contains
 
@@ -37,16 +37,42 @@ contains
       integer, intent(in) :: l
       integer :: b
       call mean_forces(mine, model, l)
-      associate (level => model%levels(l))
-         do b = 1, size(level%blocks)
-            associate (block => level%blocks(b))
-               if (block%particles%count == 0) cycle
-               call p2g_stress(block%cells, block%particles%column, level%layout, frame_of(level, block), &
-                               mine%trial(b)%acting, mine%forces(:, :, :, :, b))
-            end associate
-         end do
-      end associate
+      do b = 1, size(model%levels(l)%blocks)
+         call push_block(mine, model, l, b)
+      end do
    end subroutine push_nodes
+
+   subroutine push_block(mine, model, l, b)
+      type(static_level_t), intent(inout) :: mine
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l, b
+      associate (level => model%levels(l), block => model%levels(l)%blocks(b))
+         if (block%particles%count == 0) return
+         call p2g_stress(block%cells, block%particles%column, level%layout, frame_of(level, block), &
+                         mine%trial(b)%acting, mine%forces(:, :, :, :, b))
+      end associate
+   end subroutine push_block
+
+   !> Collective: from displacements of a level's nodes to the forces of the tangents on them; without means
+   !> block by block, while its particles are in the cache.
+   subroutine multiply_tangents(mine, model, l)
+      type(static_level_t), intent(inout) :: mine
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l
+      logical :: by_block
+      integer :: b
+      by_block = .not. allocated(mine%sums)
+      if (.not. by_block) call take_trial_gradients(mine, model, l)
+      do b = 1, size(mine%trial)
+         associate (n => model%levels(l)%blocks(b)%particles%count)
+            if (n == 0) cycle
+            if (by_block) call take_gradients(model%levels(l), b, mine%trial(b)%gradient)
+            call mine%trial(b)%multiply(n)
+            if (by_block) call push_block(mine, model, l, b)
+         end associate
+      end do
+      if (.not. by_block) call push_nodes(mine, model, l)
+   end subroutine multiply_tangents
 
    !> Collective: the trace of each particle's gradient becomes the mean of its cell.
    subroutine mean_gradients(mine, model, l)

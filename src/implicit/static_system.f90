@@ -16,7 +16,7 @@ module m_static_system
    use m_static_inertia, only: static_inertia_t
    use m_static_levels, only: static_level_t, fit_levels, number_levels, spread, collect, gather_all, &
                               find_ghost
-   use m_static_means, only: take_trial_gradients, push_nodes
+   use m_static_means, only: take_trial_gradients, push_nodes, multiply_tangents
    use m_static_ways, only: rigid_motion_t, motion_of_body, may_hold
    use m_called_off, only: called_off_t
    use m_trial_state, only: trial_status_t, sum_of_squares, squares_of_section
@@ -257,7 +257,7 @@ contains
       real(wp), dimension(self%contact%tools%count) :: sums, most
       integer :: k
       call self%clear_forces()
-      call self%contact%add_diagonal(self%levels(size(self%levels))%forces)
+      call self%contact%add_diagonal(self%levels(size(self%levels))%forces, 2)
       call self%contact%give(self%levels(size(self%levels))%forces)
       call collect(self%levels, self%model, even, self%diagonal, diagonal=.true.)
       call self%contact%stiffness_of_ways(sums, most)
@@ -317,17 +317,13 @@ contains
       real(wp), intent(in), contiguous :: from(:)
       real(wp), intent(out), contiguous :: to(:)
       real(wp) :: sums(self%contact%tools%count)
-      integer :: b, l
+      integer :: l
       call self%model%timers%enter(self%product_row)
       call self%set_motion(from)
       call self%clear_forces()
       do l = 1, size(self%levels)
          associate (level => self%model%levels(l), forces => self%levels(l)%forces)
-            call take_trial_gradients(self%levels(l), self%model, l)
-            do b = 1, size(level%blocks)
-               call self%levels(l)%trial(b)%multiply(level%blocks(b)%particles%count)
-            end do
-            call push_nodes(self%levels(l), self%model, l)
+            call multiply_tangents(self%levels(l), self%model, l)
             call self%levels(l)%ghost%add_forces(level%nodes, 1.0_wp, forces)
          end associate
       end do

@@ -2,6 +2,7 @@
 !> that their law makes of it from the beginning of the step, and the tangent stand beside them (theory.md,
 !> eq. static-residual).
 module m_trial_state
+   use, intrinsic :: iso_fortran_env, only: real32
    use m_kinds, only: wp
    use m_vectors, only: cross
    use m_field_table, only: layout_t
@@ -28,8 +29,10 @@ module m_trial_state
                                               !< what of a product does
       real(wp), allocatable :: value(:)       !< of which cells have means; where there are such
       integer, allocatable :: cell(:)         !< place of a particle's cell in the tile; the same
-      real(wp), allocatable :: tangent(:, :) !< (:, 81): its derivative, d ij/d kl at 9 (kl-1) + ij, other
-                                             !< sign, J
+      real(real32), allocatable :: tangent(:, :, :) !< (lanes, 81, :): its derivative, d ij/d kl at
+                                                    !< 9 (kl-1) + ij, other sign, J, of groups of particles.
+                                                    !< Newton's method asks for no more digits, and products
+                                                    !< wait for it to come from memory
    contains
       procedure :: fit
       procedure :: update
@@ -62,10 +65,17 @@ contains
                                                     self%acting(count, 9))
       if (.not. tangents) return
       if (allocated(self%tangent)) then
-         if (size(self%tangent, 1) < count) deallocate (self%tangent)
+         if (lanes*size(self%tangent, 3) < count) deallocate (self%tangent)
       end if
-      if (.not. allocated(self%tangent)) allocate (self%tangent(size(self%gradient, 1), 81))
+      if (allocated(self%tangent)) return
+      allocate (self%tangent(lanes, 81, group_of(size(self%gradient, 1))), source=0.0_real32)
    end subroutine fit
+
+   !> In which group of lanes a particle stands.
+   pure integer function group_of(particle)
+      integer, intent(in) :: particle
+      group_of = (particle + lanes - 1)/lanes
+   end function group_of
 
    !> The stress of all particles for the gradient as it stands.
    subroutine update(self, particles, materials, layout, time_step, trial_status, b)
@@ -107,27 +117,28 @@ contains
       type(materials_t), intent(in) :: materials
       type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: time_step !< s
-      real(wp) :: near(lanes, 9), force(lanes, 9), determinant(lanes), span
-      integer :: first, last, kl, n, run
+      real(wp) :: near(lanes, 9), force(lanes, 9), determinant(lanes), tangent(lanes, 81)
+      integer :: first, last, kl, lane, n, run
       logical :: known, too_long
       too_long = .false. ! of no account here
       first = 1
       do while (first <= particles%count)
          run = particles%run_end(first)
          do while (first <= run)
-            last = min(first + lanes - 1, run)
+            last = min(lanes*group_of(first), run)
             n = last - first + 1
+            lane = first - lanes*(group_of(first) - 1)
             call closed_tangent(self%parts, particles, materials, layout, time_step, first, n, &
                                 self%gradient(first:last, :), self%force(first:last, :), &
-                                self%tangent(first:last, :), known)
+                                tangent(:n, :), known)
             do kl = merge(10, 1, known), 9
                near(:n, :) = self%gradient(first:last, :)
                near(:n, kl) = near(:n, kl) + difference
-               span = difference
                call stress_of(self%parts, particles, materials, layout, time_step, first, n, near(:n, :), &
                               force(:n, :), determinant, too_long)
-               self%tangent(first:last, 9*kl - 8:9*kl) = (self%force(first:last, :) - force(:n, :))/span
+               tangent(:n, 9*kl - 8:9*kl) = (self%force(first:last, :) - force(:n, :))/difference
             end do
+            self%tangent(lane:lane + n - 1, :, group_of(first)) = real(tangent(:n, :), real32)
             first = last + 1
          end do
       end do
@@ -278,22 +289,24 @@ contains
    pure subroutine multiply(self, count)
       class(trial_block_t), intent(inout) :: self
       integer, intent(in) :: count
-      integer :: first, ij, kl, last, p, step
+      real(wp) :: acting(lanes, 9), gradient(lanes, 9)
+      integer :: first, group, ij, kl, n, p, step
+      gradient = 0.0_wp
       step = merge(2, 1, self%flat) ! what is even has an index 2, but 5, yy
-      do first = 1, count, lanes
-         last = min(first + lanes - 1, count)
-         do ij = 1, 9
-            self%acting(first:last, ij) = 0.0_wp
-         end do
+      do group = 1, group_of(count)
+         first = lanes*(group - 1)
+         n = min(lanes, count - first)
+         gradient(:n, :) = self%gradient(first + 1:first + n, :)
+         acting = 0.0_wp
          do kl = 1, 9, step
             do ij = 1, 9, step
                !$omp simd
-               do p = first, last
-                  self%acting(p, ij) = self%acting(p, ij) &
-                                       + self%tangent(p, 9*kl - 9 + ij)*self%gradient(p, kl)
+               do p = 1, lanes
+                  acting(p, ij) = acting(p, ij) + self%tangent(p, 9*kl - 9 + ij, group)*gradient(p, kl)
                end do
             end do
          end do
+         self%acting(first + 1:first + n, :) = acting(:n, :)
       end do
    end subroutine multiply
 
@@ -302,12 +315,16 @@ contains
       class(trial_block_t), intent(in) :: self
       integer, intent(in) :: count
       real(wp), intent(inout), contiguous :: modulus(:, :) !< (:, 27)
-      integer :: a, b, d
-      do a = 1, 3
-         do d = 1, 3
-            do b = 1, 3
-               modulus(:count, 9*a - 9 + 3*d - 3 + b) = self%tangent(:count, &
-                     9*(3*(d - 1) + a) - 9 + 3*(b - 1) + a)
+      integer :: a, b, d, first, group, n
+      do group = 1, group_of(count)
+         first = lanes*(group - 1)
+         n = min(lanes, count - first)
+         do a = 1, 3
+            do d = 1, 3
+               do b = 1, 3
+                  modulus(first + 1:first + n, 9*a - 9 + 3*d - 3 + b) = &
+                     self%tangent(:n, 9*(3*(d - 1) + a) - 9 + 3*(b - 1) + a, group)
+               end do
             end do
          end do
       end do

@@ -213,13 +213,17 @@ contains
       integer, intent(in) :: columns(:)
       integer(i8), intent(in) :: n_total
       type(error_t), intent(inout) :: error
+      integer, parameter :: at_once = 512 ! their rows stay in the nearest cache
       real(wp), allocatable, target :: rows(:, :)
       type(c_ptr) :: address
-      integer :: c, p
+      integer :: c, first, last, p
       allocate (rows(size(columns), size(values, 1)))
-      do c = 1, size(columns)
-         do p = 1, size(values, 1)
-            rows(c, p) = values(where_to%order(p), columns(c))
+      do first = 1, size(values, 1), at_once
+         last = min(first + at_once - 1, size(values, 1))
+         do c = 1, size(columns)
+            do p = first, last
+               rows(c, p) = values(where_to%order(p), columns(c))
+            end do
          end do
       end do
       address = c_null_ptr

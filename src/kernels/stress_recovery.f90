@@ -104,7 +104,8 @@ contains
       real(wp), intent(in), dimension(node_values, 0:tile_last, 0:tile_last, 0:tile_last) :: places, stresses
       real(wp), intent(inout) :: stress(:, :) !< (6, particles), in their order of storage
       type(shares_t) :: shares
-      real(wp) :: mean(6), slope(6, 3), off(3), spread(3, 3)
+      real(wp), dimension(node_values) :: mean, off        ! all values of a node, which is one vector
+      real(wp), dimension(node_values, 3) :: slope, spread
       integer :: a, b, c, first, k, m, n
       do first = 1, cells%count, chunk
          call set_shares(shares, cells, first, column, layout, frame)
@@ -112,19 +113,26 @@ contains
             mean = 0.0_wp
             slope = 0.0_wp
             off = 0.0_wp
-            spread = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
-            do n = 1, 27
-               a = shares%place(1, m) + mod(n - 1, 3)
-               b = shares%place(2, m) + mod((n - 1)/3, 3)
-               c = shares%place(3, m) + (n - 1)/9
-               mean = mean + shares%share(n, m)*stresses(2:7, a, b, c)
-               off = off + shares%share(n, m)*places(2:4, a, b, c)
-               do k = 1, 3
-                  slope(:, k) = slope(:, k) + shares%slope(k, n, m)*stresses(2:7, a, b, c)
-                  spread(:, k) = spread(:, k) + shares%slope(k, n, m)*places(2:4, a, b, c)
+            spread = 0.0_wp
+            do k = 1, 3
+               spread(1 + k, k) = 1.0_wp
+            end do
+            n = 0
+            do c = shares%place(3, m), shares%place(3, m) + 2
+               do b = shares%place(2, m), shares%place(2, m) + 2
+                  do a = shares%place(1, m), shares%place(1, m) + 2
+                     n = n + 1
+                     mean = mean + shares%share(n, m)*stresses(:, a, b, c)
+                     off = off + shares%share(n, m)*places(:, a, b, c)
+                     do k = 1, 3
+                        slope(:, k) = slope(:, k) + shares%slope(k, n, m)*stresses(:, a, b, c)
+                        spread(:, k) = spread(:, k) + shares%slope(k, n, m)*places(:, a, b, c)
+                     end do
+                  end do
                end do
             end do
-            stress(:, shares%member(m)) = mean - matmul(slope, least_squares(spread, off))
+            stress(:, shares%member(m)) = mean(2:7) - matmul(slope(2:7, :), &
+                                                             least_squares(spread(2:4, :), off(2:4)))
          end do
       end do
    end subroutine take_stress

@@ -18,7 +18,8 @@ module m_static_plan
    integer, parameter :: timed = 2            !< steps
    integer, parameter :: max_steps = 100000  !< implicit ones that are counted
    real(wp), parameter :: growth = 1.5_wp
-   real(wp), parameter :: tangent_reals = 108.0_wp !< a particle: gradient, stress, what acts of it, tangent
+   real(wp), parameter :: tangent_reals = 67.5_wp !< a particle: gradient, stress, what acts of it; tangent,
+                                                  !< in single precision
 
 contains
 

@@ -1029,7 +1029,7 @@ def table_statics(bench):
         explicit = bench.run(1, scene)
         of_run = stepping(explicit) * 1e-9 * explicit['updates']
         slow = of_run / end * 0.5 * 8e-6 / cells  # s for half a cell at 1 m/s
-        for preconditioner in ('jacobi', 'gamg') if cells < 50 else ('gamg',):
+        for preconditioner in ('jacobi', 'gamg', 'bpx') if cells < 50 else ('gamg', 'bpx'):
             c = bench.run(1, static_scene(cells, preconditioner, bench.out())[0])
             seconds = stepping(c) * 1e-9 * c['particles']
             row(
