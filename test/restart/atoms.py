@@ -39,6 +39,13 @@ if "LAMMPS cannot be opened" in answer:
     print("  left out, LAMMPS is not there: a box of atoms that is taken up again")
     finish()
 constant = float(re.search(r"constants of the lattice \(([0-9.e+-]+) m\)", answer).group(1))
+without = text("hidden", constant).replace("step=1e-14", "library='liblammps_hidden.so', step=1e-14")
+hidden = run(1, without, expect=2)
+require(
+    f"without LAMMPS one sentence: {said(hidden)}",
+    "&atoms: LAMMPS cannot be opened" in said(hidden) and "make deps ATOMS=yes" in said(hidden),
+)
+require("and nothing is written", not Path("hidden").exists())
 run(1, text("whole", constant))
 status, output = part_run(1, "stopped", text("stopped", constant, "every_steps=5"))
 require(f"stopped by a signal at step {newest_step('stopped')}, status {status}", status == 5)
