@@ -10,9 +10,8 @@ cells in a wider body and slower tools change (pairs of runs; first order in the
 speed) is corrected; SHARE_LEFT of the correction, and the scatter of the pairs, count as an uncertainty that
 all tips share.
 
-Laws of two coordinates (Ludwik, Voce) go by the polynomials of the power law that has their stress at the
-representative strain and their rise between ENDS, and by polynomials of what their own runs differ from
-it."""
+Laws of two coordinates (Ludwik, Voce) go by the polynomials of the power law that has their stress at both
+ENDS, and by polynomials of what their own runs differ from it."""
 
 import math
 from dataclasses import dataclass
@@ -104,17 +103,17 @@ class Fitted:
     normal: np.ndarray
 
 
-ENDS = (0.01, 0.1)  # plastic strains between which the equivalent power law rises as much
+ENDS = (0.01, 0.1)  # plastic strains where the equivalent power law has the same stress
 
 
 def equivalent(ratio, shape, law):
     """E over yield stress and exponent of the power law that stands for another one."""
     ratio = np.asarray(ratio, float)
-    stress = law.stress(ratio, 1.0, shape, forward.REPRESENTATIVE)
+    stress = law.stress(ratio, 1.0, shape, ENDS[1])
     rise = np.log(law.stress(ratio, 1.0, shape, ENDS[1]) / law.stress(ratio, 1.0, shape, ENDS[0]))
     yielding, exponent = np.array(stress, float), np.zeros_like(ratio)
     for _ in range(25):  # of a power law the logarithm changes by less than the exponent
-        yielding = stress * (1 + ratio * forward.REPRESENTATIVE / yielding) ** -exponent
+        yielding = stress * (1 + ratio * ENDS[1] / yielding) ** -exponent
         span = np.log1p(ratio * ENDS[1] / yielding) - np.log1p(ratio * ENDS[0] / yielding)
         exponent = np.clip(rise / span, POWER.low[0], POWER.high[0])
     return ratio / yielding, (exponent,)
@@ -158,7 +157,7 @@ class Surrogate:
         ratio = np.array([case.ratio for case in self.cases])
         shape = np.array([case.shape for case in self.cases]).T
         self.values = np.array([found for _, found in main])
-        rest = self.values - base.plain(*equivalent(ratio, shape, law)) if base else self.values
+        rest = self.values - self.of_base(ratio, shape) if base else self.values
         self.fits = [fit_feature(ratio, shape, rest[:, k], law) for k in range(self.count)]
         self.compare([(case, found) for case, found in rows if case.numerics != self.numerics])
 
@@ -187,7 +186,16 @@ class Surrogate:
         """Features on the cells of the runs; shape: a sequence of the law's coordinates."""
         rows = {degree: basis(ratio, shape, degree, self.law) for degree in {fit.degree for fit in self.fits}}
         found = np.stack([rows[fit.degree] @ fit.coefficients for fit in self.fits], axis=-1)
-        return found + self.base.plain(*equivalent(ratio, shape, self.law)) if self.base else found
+        return found + self.of_base(ratio, shape) if self.base else found
+
+    def of_base(self, ratio, shape):
+        """Features of the equivalent power law, over this law's stress at the representative strain."""
+        over, exponent = equivalent(ratio, shape, self.law)
+        found = self.base.plain(over, exponent)
+        strain, yielding = forward.REPRESENTATIVE, np.asarray(ratio, float) / over
+        stresses = POWER.stress(ratio, yielding, exponent, strain), self.law.stress(ratio, 1.0, shape, strain)
+        found[..., 0] += np.log(stresses[0] / stresses[1])
+        return found
 
     def predict(self, ratio, shape):
         """Features, on cells of no size."""
@@ -195,12 +203,18 @@ class Surrogate:
 
     def own(self, ratio, shape):
         """One sigma of each feature that is this tip's own: of the polynomials' coefficients, and of how far
-        its pairs are from those of all tips, beyond their scatter."""
+        its pairs are from those of all tips, beyond their scatter. What the runs of a law scatter by about
+        the equivalent power law, beyond the scatter of runs, is no noise: it counts as a whole."""
         found = []
-        for fit in self.fits:
+        for k, fit in enumerate(self.fits):
             row = basis(ratio, shape, fit.degree, self.law)
-            found.append(fit.scatter * np.sqrt(np.einsum("...i,ij,...j->...", row, fit.normal, row)))
-        return np.hypot(np.stack(found, axis=-1), self.apart)
+            share = np.einsum("...i,ij,...j->...", row, fit.normal, row)
+            form = max(fit.scatter**2 - self.base.fits[k].scatter ** 2, 0.0) if self.base else 0.0
+            found.append(np.sqrt(fit.scatter**2 * share + form))
+        spread = np.stack(found, axis=-1)
+        if self.base:
+            return np.hypot(spread, self.base.own(*equivalent(ratio, shape, self.law)))
+        return np.hypot(spread, self.apart)
 
 
 def correct(models):
