@@ -104,7 +104,11 @@ contains
       count = 0
       do l = 1, size(levels)
          most = model%communicator%maximum(heaviest(model%levels(l)))
-         call levels(l)%unknowns%number(model%levels(l), levels(l)%ghost%filled, most)
+         if (l < size(levels)) then
+            call levels(l)%unknowns%number(model%levels(l), levels(l)%ghost%filled, most, model%levels(l + 1))
+         else
+            call levels(l)%unknowns%number(model%levels(l), levels(l)%ghost%filled, most)
+         end if
          levels(l)%before = count
          count = count + levels(l)%unknowns%count
       end do

@@ -27,12 +27,14 @@ contains
 
    !> Number the free components of all nodes that have mass and do not hang on a coarser level: `nodes` of
    !> the level hold the sums of P2G. Light nodes without a filled cell stay where they are: nothing but
-   !> the ghost penalty would hold them.
-   subroutine number(self, level, filled, heaviest)
+   !> the ghost penalty would hold them. Not so where the next finer level's edge is near: what its
+   !> constrained nodes hand up is no less than the stress of its particles makes it, however light they are.
+   subroutine number(self, level, filled, heaviest, finer)
       class(static_nodes_t), intent(inout) :: self
       type(level_t), intent(in) :: level
       logical, intent(in) :: filled(0:, 0:, 0:, :) !< the cells of the ghost penalty
       real(wp), intent(in) :: heaviest             !< largest mass of a node of the level, kg
+      type(level_t), intent(in), optional :: finer !< the next one
       integer :: pass, b, i, j, k, axis, n, node(3)
       logical :: held(3)
       do pass = 1, 2
@@ -49,7 +51,8 @@ contains
                         if (.not. level%region%is_inner(node)) cycle
                      end if
                      if (level%nodes(mass_, i, j, k, b) <= light*heaviest) then
-                        if (.not. any_filled(filled(:, :, :, b), [i, j, k])) cycle
+                        if (.not. (any_filled(filled(:, :, :, b), [i, j, k]) &
+                                   .or. is_beside(node, finer))) cycle
                      end if
                      held = held_components(level%grid, node)
                      do axis = 1, 3
@@ -67,6 +70,14 @@ contains
          allocate (self%at(5, n))
       end do
    end subroutine number
+
+   !> True of a node that the edge of the next finer level may hand forces to: within a cell of that.
+   pure logical function is_beside(node, finer)
+      integer, intent(in) :: node(3)
+      type(level_t), intent(in), optional :: finer
+      is_beside = .false.
+      if (present(finer)) is_beside = finer%region%has_some(node - 2, node + 1)
+   end function is_beside
 
    !> True where a cell around a node of a tile is filled, or lies outside the tile.
    pure logical function any_filled(filled, node)

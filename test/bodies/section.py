@@ -243,12 +243,44 @@ def fit_of(geometry, shape):
     check(f"{geometry}, a body in a socket of its radius: pressure over 1e-6 E", pressure / 2.1e5, 1e-3)
 
 
+LEVELLED = """&scene title='ball on a plate', end_time=1 /
+&grid geometry='{geometry}', lower=0,0, upper=10e-3,21e-3, cell_size=1e-3, boundary='symmetry','free','roller','free' /
+&level lower=0,0,6e-3, upper={wide},0,14e-3 /
+&level lower=0,0,8e-3, upper=2e-3,0,12e-3 /
+&material name='steel', model='elastic', density=7800, young=210e9, poisson=0.3 /
+&body material='steel', shape='box', lower=0,0,0, upper=9e-3,1e-3,10e-3, contact_group='a' /
+&body name='ball', material='steel', {ball}, radius=5e-3, contact_group='b' /
+&cut body='ball', shape='box', lower=0,0,15e-3, upper=9e-3,1,21e-3 /
+&pressure lower=0,0,15e-3, upper=4e-3,1e-3,15e-3, times=0,1, values=0,150e6 /
+&quasi_static step=0.125, max_step=0.125 /
+&output directory='OUT', formats='none', history_every=0.1 /
+"""
+
+
+def level_edge():
+    """Where the surface of a pressed body crosses the edge of a level, all of the load gets to the other body:
+    the force is that beside an edge that clears the body."""
+    for geometry, ball in (
+        ("axisymmetric", "shape='sphere', center=0,0,15e-3"),
+        ("plane_strain", "shape='cylinder', axis=0,1,0, height=1, center=0,0,15e-3"),
+    ):
+        forces = []
+        for wide in (4e-3, 6e-3):
+            text = LEVELLED.format(geometry=geometry, ball=ball, wide=wide)
+            time, force = Run(f"edge_{geometry}_{wide}", text).force()
+            forces.append(np.interp(np.linspace(0.3, 1, 8), time, -force[:, 2]))
+        off = np.abs(forces[0] / forces[1] - 1).max()
+        print(f"   {geometry}: force beside that with a wider level, off 1: {off:.1e}")
+        check(f"{geometry}: the surface crosses a level's edge: force, off 1", off, 1e-4)
+
+
 CASES = {
     "plane": plane,
     "two_balls": two_balls,
     "goes_on": goes_on,
     "press_fits": press_fits,
     "socket": socket,
+    "level_edge": level_edge,
     "two_balls_long": two_balls_long,
     "press_fits_long": press_fits_long,
 }
