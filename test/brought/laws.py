@@ -82,6 +82,11 @@ off = np.abs(other - load("again", LAWS["j2_new"][0])).max() / np.abs(other).max
 judge(f"a yield stress 3 % higher would be seen: {100 * off:.2f} %", off > BAR)
 for name, law, sentence in (
     ("xit", "model='vumat', library='./elastic.so', constants=200e9", "elastic.so' has ended the program"),
+    (
+        "exit",
+        "model='vumat', library='./j2_new.so', states=2, constants=200e9, 0.3, 1e9",
+        "j2_new.so' has ended the program",
+    ),
     ("error", "model='vumat', library='./kinematic.so', constants=200e9, 0.3, 1e9", "has ended the program"),
     (
         "room",

@@ -1,6 +1,7 @@
-"""The thesis's E2, E3 and E4: the load of the shipped scenes, and of E3 on finer cells, with domains that follow
-and slower, beside finite elements of bodies of the same area (test/references/fem). Prints the table of
-doc/user/accuracy.md. usage: thesis.py [short]"""
+"""The thesis's examples E1 to E4 as shipped, beside what is known of them: E1's pressure; the loads of E2, E3
+and E4, and of E3 with domains that follow and slower, beside finite elements of bodies of the same area
+(test/references/fem). Prints the table of doc/user/accuracy.md; E5 is verification/bilinear_patch_long.
+usage: thesis.py [E1 E3 ...] (all when none is named)"""
 
 import re
 import sys
@@ -11,7 +12,7 @@ import numpy as np
 from checks import check, finish
 from gimp3d.indentation import read_reference
 from gimp3d.run_data import History
-from run_scene import ROOT, replace, run
+from run_scene import ROOT, probe, replace, run
 
 FEM = ROOT / "test/references/fem"
 REFERENCES = {
@@ -38,7 +39,9 @@ def scene(name, **changes):
     for old, new in changes.get("words", ()):
         text = replace(text, old, new)
     directory = re.search("directory='([^']*)'", text)[1]
-    text = text.replace(directory, changes["to"]).replace("&output ", "&output formats='none', ")
+    text = text.replace(directory, changes["to"])
+    if "formats='none'" not in text:
+        text = text.replace("&output ", "&output formats='none', ")
     return re.sub(r",? every=[0-9.e-]+", "", text)
 
 
@@ -54,30 +57,50 @@ def load(directory, at, late):
     return np.array(found)
 
 
+def show(name, what, right, mine, off):
+    """One line of the table; `right`, `mine` in the units that it states."""
+    numbers = lambda values: ", ".join(f"{v:.4g}" for v in values)
+    print(f"| {name} | {what} | {numbers(right)} | {numbers(mine)} | {numbers_off(off)} |", flush=True)
+
+
+def numbers_off(off):
+    return ", ".join(f"{100 * v:+.1f}" for v in off)
+
+
 def row(name, what, text, directory, bounds, late=0.0):
     run(text, 1)
     at = DEPTHS[name]
     mine, right = load(directory, at, late), reference(name, np.array(at))
     off = mine / right - 1
-    print(
-        f"| {name} | {what} | "
-        + ", ".join(f"{1e3 * v:.4g}" for v in mine)
-        + " | "
-        + ", ".join(f"{100 * v:+.1f}" for v in off)
-        + " |",
-        flush=True,
-    )
+    show(name, what, 1e3 * right, 1e3 * mine, off)
     for depth, far, bound in zip(at, off, bounds):
         check(f"{name}, {what}, {1e9 * depth:.0f} nm: load against finite elements", far, bound)
 
 
+def row_of_e1():
+    """The stress under the middle of E1's patch after 0.4 ns: minus the pressure (whole at 0.2 ns)."""
+    run(scene("scaling_pressure", to="e1"), 1)
+    seen = probe("e1", "top")
+    late = seen["time"] > 4e-10
+    szz, work = seen["stress_zz"][late].mean() / 1e6, History(Path("e1/energy.dat"))
+    show("E1", "as shipped: szz under the patch", [-100.0], [szz], [szz / -100 - 1])
+    check("E1: szz against the pressure", szz / -100 - 1, 0.02)
+    check("E1: balance of energy", work["balance_error"][-1], 0.01)
+
+
+chosen = sys.argv[1:] or ["E1", "E2", "E3", "E4"]
 for name, at in DEPTHS.items():
+    if name not in chosen:
+        continue
     at = np.array([d for d in at if d > 0.3 * max(at)])
     off = reference(name, at, 1) / reference(name, at) - 1
     print(
-        f"| {name} | finite elements | "
-        + ", ".join(f"{1e3 * v:.4g}" for v in reference(name, np.array(DEPTHS[name])))
-        + " | |"
+        f"| {name} | finite elements, the finer and the coarser mesh | "
+        + " | ".join(
+            ", ".join(f"{1e3 * v:.4g}" for v in reference(name, np.array(DEPTHS[name]), which))
+            for which in (0, 1)
+        )
+        + f" | {numbers_off(off)} |"
     )
     check(f"{name}: two meshes of finite elements against each other", off, 0.01)
 QUARTER = (
@@ -92,24 +115,29 @@ QUARTER = (
 )
 FOLLOWS = ("domain='fixed'", "domain='corners'")
 SLOW = (("end_time=2.466e-8", "end_time=6.6e-8"), ("speeds=0,150.8", "speeds=0,50"))
-row("E3", "as shipped, two levels", scene("sphere_levels", to="e3"), "e3", (0.1, 0.15, 0.2, 0.2))
-row(
-    "E3",
-    "domains that follow",
-    scene("sphere_levels", to="e3_follows", words=[FOLLOWS]),
-    "e3_follows",
-    (0.1, 0.05, 0.05, 0.05),
-)
-row(
-    "E3",
-    "domains that follow, 50 m/s, depth from contact on",
-    scene("sphere_levels", to="e3_slow", words=[FOLLOWS, *SLOW]),
-    "e3_slow",
-    (0.03, 0.03, 0.03, 0.03),
-    late=(0.5 - 0.4) * 0.64e-6,
-)
-energy = History(Path("e3_slow/energy.dat"))
-check("E3, 50 m/s: kinetic energy over work", energy["kinetic"][-1] / energy["external_work"][-1], 0.01)
-row("E4", "as shipped, a quarter", scene("cone_levels", to="e4", words=QUARTER), "e4", (0.08, 0.08, 0.08))
-row("E2", "as shipped", scene("cone", to="e2"), "e2", (0.2, 0.1, 0.1, 0.05, 0.05, 0.05))
+if "E1" in chosen:
+    row_of_e1()
+if "E2" in chosen:
+    row("E2", "as shipped", scene("cone", to="e2"), "e2", (0.2, 0.1, 0.1, 0.05, 0.05, 0.05))
+if "E3" in chosen:
+    row("E3", "as shipped, two levels", scene("sphere_levels", to="e3"), "e3", (0.1, 0.15, 0.2, 0.2))
+    row(
+        "E3",
+        "domains that follow",
+        scene("sphere_levels", to="e3_follows", words=[FOLLOWS]),
+        "e3_follows",
+        (0.1, 0.05, 0.05, 0.05),
+    )
+    row(
+        "E3",
+        "domains that follow, 50 m/s, depth from contact on",
+        scene("sphere_levels", to="e3_slow", words=[FOLLOWS, *SLOW]),
+        "e3_slow",
+        (0.03, 0.03, 0.03, 0.03),
+        late=(0.5 - 0.4) * 0.64e-6,
+    )
+    energy = History(Path("e3_slow/energy.dat"))
+    check("E3, 50 m/s: kinetic energy over work", energy["kinetic"][-1] / energy["external_work"][-1], 0.01)
+if "E4" in chosen:
+    row("E4", "as shipped, a quarter", scene("cone_levels", to="e4", words=QUARTER), "e4", (0.08, 0.08, 0.08))
 finish()
