@@ -39,7 +39,7 @@ bench:
 	   { git worktree add --detach $(before_tree) "$(BEFORE)" && $(MAKE) --no-print-directory $(jobs) -C $(before_tree) BUILD=$(BUILD); }
 	@[ -z '$(filter halo,$(or $(BENCH),halo))' ] || ! $(PKG_CONFIG) --exists caf-openmpi || \
 	   $(MAKE) --no-print-directory $(jobs) HALO=coarray build/$(BUILD)_coarray/test/performance/halo
-	@$(mpi) $(python) test/performance/bench.py $(build)/bench $(build)/gimp3d $(build)/test/performance $(if $(BENCH),--only $(BENCH)) \
+	@$(mpi) PYTHONPATH=post $(python) test/performance/bench.py $(build)/bench $(build)/gimp3d $(build)/test/performance $(if $(BENCH),--only $(BENCH)) \
 	   $(if $(before),--before $(before)) --coarrays build/$(BUILD)_coarray/test/performance \
 	   --build '$(version); $(flags).'
 
@@ -48,7 +48,7 @@ bench:
 # only
 effects:
 	@$(MAKE) --no-print-directory needed
-	@$(mpi) python3 test/performance/effects.py build/effects $(if $(SCENES),--only $(SCENES))
+	@$(mpi) PYTHONPATH=post $(python) test/performance/effects.py build/effects $(if $(SCENES),--only $(SCENES))
 
 ### plans        plans beside what the scenes take; PLANS="--only cone"
 # what mode='plan' says beside what the scenes of input/ take; PLANS="--ranks 2 --only cone" as

@@ -20,7 +20,6 @@ import argparse
 import hashlib
 import json
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -30,7 +29,7 @@ from pathlib import Path
 from . import benchmark_cases
 from . import benchmark_table
 from .run_data import Unreadable
-from .run_log import log_of
+from .run_log import facts_of, log_of, numbers_of
 
 
 class Trouble(Exception):
@@ -43,13 +42,12 @@ def digest(data):
 
 def worked(directory):
     """Seconds that the processors worked for a run, all ranks together: on a machine that others use too,
-    what is told of its price. 0 where the log does not say."""
-    text = (directory / "run.log").read_text(errors="replace")
-    found = re.search(r"^processors: (?:(\d+) h )?(?:(\d+) min )?(?:([\d.]+) s )?of work", text, re.M)
-    if not found:
+    what is told of its price. 0 where its cost.dat does not say."""
+    try:
+        said = numbers_of(facts_of(directory / "cost.dat"))
+    except OSError:
         return 0.0
-    hours, minutes, seconds = (float(part or 0) for part in found.groups())
-    return 3600 * hours + 60 * minutes + seconds
+    return said.get("processor_share", 0.0) * said["elapsed_s"] * said["ranks"]
 
 
 class Book:

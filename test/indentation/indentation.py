@@ -21,6 +21,7 @@ import re
 import subprocess
 import sys
 import numpy as np
+from gimp3d.run_log import facts_of
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCENES = {
@@ -82,8 +83,8 @@ def run(tool, cells, work, gimp3d, ranks):
     late = np.searchsorted(depth, 0.5 * depth[-1])
     kinetic = np.max(energy[late:, 1] / energy[late:, 5])
     overlap = history[:, 6].max() / cell
-    seconds = float(re.search(r'^all +\S+ +(\S+)', log.stdout, re.M).group(1))
-    particles = int(re.search(r'^particles +(\d+)', log.stdout, re.M).group(1))
+    said = facts_of(out / 'cost.dat')
+    seconds, particles = float(said['elapsed_s']), int(said['particles_at_start'])
     return depth, load, area, dict(kinetic=kinetic, overlap=overlap, seconds=seconds, particles=particles)
 
 

@@ -49,6 +49,8 @@ import sys
 import time
 
 import users
+from gimp3d.run_data import History
+from gimp3d.run_log import numbers_of
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PHASES = [
@@ -109,6 +111,10 @@ def shipped_scene(name, out, share=1.0, history=True):
     )
 
 
+def directory_of(scene):
+    return pathlib.Path(re.search(r"directory='([^']*)'", scene)[1])
+
+
 class Bench:
     """Runs scenes and keeps what they cost."""
 
@@ -152,7 +158,7 @@ class Bench:
         log, _ = process.communicate(scene)
         if process.returncode != 0:
             raise SystemExit(f'a run ended with status {process.returncode}:\n{log[-1500:]}')
-        return (read or read_costs)(log)
+        return (read or read_costs)(directory_of(scene))
 
     def run(self, ranks, scene):
         return self.finish(self.start(ranks, scene))
@@ -178,44 +184,51 @@ class Bench:
             process.stdin.write(scene)
             process.stdin.close()
         seconds = []
-        for process, _ in started:
+        for process, scene in started:
             log = process.stdout.read()
             process.wait()
-            seconds.append(read_costs(log)['seconds'])
+            if process.returncode != 0:
+                raise SystemExit(f'a run ended with status {process.returncode}:\n{log[-1500:]}')
+            seconds.append(read_costs(directory_of(scene))['seconds'])
         return max(seconds)
 
 
-def read_costs(log):
+def cost_of(out):
+    """The head and the rows of a run's cost.dat: numbers and texts by name; for each phase seconds of the
+    slowest rank, calls, nanoseconds a particle-step."""
+    cost = History(out / 'cost.dat')
+    rows = {
+        cost.notes[f'phase_{int(number)}']: (most, int(calls), each)
+        for number, most, calls, each in zip(
+            cost['phase'], cost['most of the ranks'], cost['calls'], cost['all ranks per particle-step']
+        )
+    }
+    return numbers_of(cost.notes), rows
+
+
+def read_costs(out):
     """Nanoseconds a particle-step of each phase (all ranks together), updates, seconds, particles, bytes a
     particle."""
-    costs = {}
-    for line in log.splitlines():
-        found = re.match(r'(%s|all) {2,}.*?(\d+) +([\d.]+) +([\d.]+) %%$' % '|'.join(PHASES), line)
-        if found:
-            costs[found[1]] = float(found[3])
-    last = re.search(r'^(\d+) particle-steps on (\d+) ranks', log, re.M)
-    size = re.search(r'^particles +(\d+) on .*, (\d+) B a particle', log, re.M)
-    solves = re.search(r'^contact: (\d+) solves, (\S+) iterations and (\S+) products', log, re.M)
-    costs['updates'], costs['ranks'] = int(last[1]), int(last[2])
-    costs['steps'] = int(re.search(r'^(\d+) steps to', log, re.M)[1])
+    said, rows = cost_of(out)
+    costs = {name: each for name, (most, _, each) in rows.items() if most > 0}
+    costs['updates'], costs['ranks'] = int(said['particle_steps']), int(said['ranks'])
+    costs['steps'] = int(said['steps'])
     costs['seconds'] = costs['all'] * costs['updates'] * 1e-9 / costs['ranks']
-    costs['particles'], costs['bytes'] = int(size[1]), int(size[2])
-    sent = re.search(r'^node sums: at most (\S+) messages and (\S+) B sent', log, re.M)
-    share = re.search(r'^contact: (\S+) % of the elapsed time, (\S+) % over the last tenth', log, re.M)
-    if share:
-        costs['contact share'], costs['late contact share'] = float(share[1]), float(share[2])
-    if sent:
-        costs['messages'], costs['sent'] = float(sent[1]), float(sent[2])
-    static = re.search(
-        r'^quasi-static: \d+ steps, (\S+) Newton iterations, (\S+) linear solves and (\S+) products',
-        log,
-        re.M,
-    )
-    if static:
-        for name, value in zip(('newton', 'static solves', 'static products'), static.groups()):
-            costs[name] = float(value)
-    if solves:
-        costs['solves'], costs['products'] = int(solves[1]), float(solves[3])
+    costs['particles'] = int(said['particles_at_start'])
+    costs['bytes'] = said['memory_at_start_B'] / said['particles_at_start']
+    for key, name in (
+        ('contact share', 'contact_share_percent'),
+        ('late contact share', 'contact_share_at_end_percent'),
+        ('messages', 'messages_a_step'),
+        ('sent', 'bytes_sent_a_step'),
+        ('solves', 'contact_solves'),
+        ('products', 'contact_products'),
+        ('newton', 'newton_iterations'),
+        ('static solves', 'linear_solves'),
+        ('static products', 'linear_products'),
+    ):
+        if name in said:
+            costs[key] = said[name]
     return costs
 
 
@@ -354,9 +367,9 @@ def table_compliance(bench):
     for compliance in (0.0005, 0.002, 0.005, 0.01, 0.02, 0.05):
         out = bench.out()
         scene = shipped_scene('cone', out) + f'&contact compliance={compliance} /\n'
-        c, log = bench.finish(bench.start(2, scene), read=lambda log: (read_costs(log), log))
-        overlap = float(re.search(r'^contact: largest overlap .*, (\S+) cells', log, re.M)[1])
-        load = [float(line.split()[4]) for line in open(out / 'tool_cone.dat') if re.match(r' *[-+\d]', line)]
+        c = bench.finish(bench.start(2, scene))
+        overlap = cost_of(out)[0]['largest_overlap_cells']
+        load = list(History(out / 'tool_cone.dat')['load_z'])
         first = first or load
         change = [100 * (new - old) / max(first) for new, old in zip(load, first, strict=True)][
             len(load) // 2 :
@@ -451,9 +464,9 @@ def table_tips(bench):
         path = bench.work / f'tip_{triangles}.stl'
         kinds[f'{users.cone_file(path, triangles)} triangles'] = f"shape='surface', file='{path}'"
 
-    def read(log):
-        costs = read_costs(log)
-        memory = float(re.search(r'^memory: (\S+) MB', log, re.M)[1])
+    def read(out):
+        costs = read_costs(out)
+        memory = cost_of(out)[0]['memory_B'] / 1e6
         once = sum(costs.get(phase, 0.0) for phase in ONCE)
         return costs['contact'] / costs['all'], once / costs['all'], memory
 
@@ -748,9 +761,9 @@ def table_checkpoint(bench):
             found = []
             for _ in range(bench.repeats):
                 out = bench.out()
-                log = bench.finish(bench.start(ranks, make(out) + '&checkpoint every_steps=3 /\n'), read=str)
-                last = re.search(r'^checkpoint +\S+ +\S+ +(\S+) +(\d+)', log, re.M)
-                seconds = float(last[1]) / int(last[2])
+                bench.finish(bench.start(ranks, make(out) + '&checkpoint every_steps=3 /\n'))
+                most, calls, _ = cost_of(out)[1]['checkpoint']
+                seconds = most / calls
                 size = max(path.stat().st_size for path in out.glob('checkpoint_*.h5'))
                 begun = time.monotonic()
                 with open(out / 'plain', 'wb') as file:
@@ -1065,7 +1078,6 @@ def quarter_and_section(text, out, share):
 
 def table_section(bench):
     """Processor time of a quarter model over that of its section, at the same cells."""
-    sys.path.insert(0, str(ROOT / 'post'))
     from gimp3d import benchmark_cases
 
     rows = {row.name: row for case in benchmark_cases.cases() for row in case.rows}
@@ -1100,12 +1112,10 @@ def table_section(bench):
         row([name, str(many), str(few), f'{work:.1f}', f'{flat_work:.2f}', f'{ratio:.0f}'])
 
 
-def read_work(log):
+def read_work(out):
     """Seconds of processors, and particles at the start."""
-    work = re.search(r'^processors: (\S+) (\w+)(?: (\S+) s)? of work', log, re.M)
-    size = re.search(r'^particles +(\d+) on ', log, re.M)
-    scale = {'ms': 1e-3, 's': 1.0, 'min': 60.0, 'h': 3600.0}[work[2]]
-    return float(work[1]) * scale + float(work[3] or 0), int(size[1])
+    said, _ = cost_of(out)
+    return said['processor_share'] * said['elapsed_s'] * said['ranks'], int(said['particles_at_start'])
 
 
 def main():

@@ -22,6 +22,7 @@ import subprocess
 import time
 
 from bench import ROOT, head, row, shipped_scene
+from gimp3d.run_log import facts_of
 
 ALLOWED = 1.0  # % more instructions
 PREFIXES = {'': 1.0, 'm': 1e-3, 'u': 1e-6, 'n': 1e-9, 'p': 1e-12, 'f': 1e-15}
@@ -191,14 +192,6 @@ class Counter:
         return done.stdout, int(found[1])
 
 
-def steps_of(said):
-    return int(re.search(r'^(\d+) steps to', said, re.M)[1])
-
-
-def updates_of(said):
-    return int(re.search(r'^(\d+) particle-steps', said, re.M)[1])
-
-
 def facts(program, scene):
     """Particles and time step (s) of a scene, from its first lines; the run goes no further."""
     with subprocess.Popen([program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
@@ -244,9 +237,10 @@ def count_scene(counter, programs, name, work):
         runs = []
         for steps in (1, longer):
             said, instructions = counter.run(program, scene((steps - 0.5) * step / end))
-            runs.append((updates_of(said), instructions, steps_of(said)))
+            cost = facts_of(out / 'cost.dat')
+            runs.append((int(cost['particle_steps']), instructions, int(cost['steps'])))
             if program == programs[0]:
-                spoken, rows = said, rows_entered(out / 'cost.dat', steps_of(said))
+                spoken, rows = said, rows_entered(out / 'cost.dat', int(cost['steps']))
         taken.add((runs[0][2], runs[1][2]))  # where waves become faster, some more than asked for
         figures.append((runs[1][1] - runs[0][1]) / (runs[1][0] - runs[0][0]))
     few, many = taken.pop()

@@ -16,6 +16,7 @@ import sys
 import tempfile
 
 from bench import block_scene, head, row
+from gimp3d.run_log import facts_of
 
 NO_COPIES = '&guard memory=0, energy_limit=0, save_every=100000000 /\n'
 
@@ -30,7 +31,7 @@ def count(program, scene, work):
     )
     return (
         int(re.search(r'Collected : (\d+)', done.stderr)[1]),
-        int(re.search(r'^(\d+) particle-steps', done.stdout, re.M)[1]),
+        int(facts_of(f'{work}/out/cost.dat')['particle_steps']),
     )
 
 

@@ -49,7 +49,7 @@ def run(ranks, text, folder, *arguments):
 def kernels(said):
     """Seconds of all ranks a particle-step in the kernels, of which no scene does without and no step has
     more than another."""
-    rows = re.findall(r'^(to nodes|to particles|stress) +(?:[0-9.]+ +){3}\d+ +([0-9.]+)', said, re.M)
+    rows = re.findall(r'^(P2G|G2P|stress) +(?:[0-9.]+ +){3}\d+ +([0-9.]+)', said, re.M)
     if len(rows) != 3:
         raise SystemExit(f'no rows of the kernels: {rows}')
     return sum(float(nanoseconds) for _, nanoseconds in rows)

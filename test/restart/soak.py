@@ -4,6 +4,7 @@ restart.
 
 A ball bobs on a block: it stays in contact, and the level moves with it."""
 
+from gimp3d.run_log import facts_of
 from restarts import *
 
 steps, ranks = int(sys.argv[1]), int(sys.argv[2])
@@ -55,7 +56,8 @@ output = Path("log/out").read_text()
 if not require(f"status {process.returncode}: {said(output)}", process.returncode == 0):
     print(output[-2000:])
     finish()
-done = int(re.search(r"^(\d+) steps to", output, re.M)[1])
+cost = facts_of("soaked/cost.dat")
+done = int(cost["steps"])
 require(f"{done} steps", done >= 0.9 * steps)
 print(
     "   "
@@ -63,7 +65,7 @@ print(
         line for line in output.splitlines() if re.match(r"contact: .*solves|domains|\d+ steps to", line)
     )
 )
-contact = int(re.search(r"contact: (\d+) solves", output)[1])
+contact = int(cost["contact_solves"])
 require(f"contact in {contact} of {done} steps", contact > 0.5 * done)
 require("the ranks were watched", len(seen) == ranks and all(len(rows) > 20 for rows in seen.values()))
 for pid, rows in seen.items():

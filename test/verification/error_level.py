@@ -3,7 +3,6 @@ over it, and under a cylinder that rolls on it: they follow the tool, keep to th
 balance of energy, and give load and peak recovered stress of a grid that is as fine everywhere within 2 %,
 with a part of its particle-steps."""
 
-import re
 import shutil
 import subprocess
 import sys
@@ -12,6 +11,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 from checks import finish, require
+from gimp3d.run_data import History
+from gimp3d.run_log import facts_of, numbers_of
 
 GIMP3D = sys.argv[1]
 SCENE = """&scene title='a tool moves along', end_time=1.5 /
@@ -41,11 +42,12 @@ class Run:
         done = subprocess.run(command, input=text, text=True, capture_output=True)
         if done.returncode:
             sys.exit(f"{name} ends with status {done.returncode}: {done.stderr}")
-        names, rows = columns(Path(name, "tool_tool.dat"))
-        late = rows[:, 0] > 0.8
-        self.loads = [rows[late, names.index(f"load_{axis}")].mean() for axis in "zx"]
-        self.steps = int(re.search(r"^(\d+) particle-steps", done.stdout, re.M).group(1))
-        self.seconds = float(re.search(r"^processors: ([\d.]+) s", done.stdout, re.M).group(1))
+        rows = History(Path(name, "tool_tool.dat"))
+        late = rows["time"] > 0.8
+        self.loads = [rows[f"load_{axis}"][late].mean() for axis in "zx"]
+        cost = numbers_of(facts_of(Path(name, "cost.dat")))
+        self.steps = int(cost["particle_steps"])
+        self.seconds = cost["processor_share"] * cost["elapsed_s"] * cost["ranks"]
         self.boxes = []
         for path in sorted(Path(name).glob("particles_*.hdf")):
             with h5py.File(path) as file:
@@ -53,18 +55,8 @@ class Run:
                 if "level_lower" in data:
                     self.boxes.append((data["level_lower"][1], data["level_upper"][1]))
                 self.peak = von_mises(file["VTKHDF/PointData/stress_recovered"][:]).max()
-        names, rows = columns(Path(name, "energy.dat"))
-        self.mass = rows[:, names.index("mass")]
-        self.balance = float(
-            re.search(r"^energy balance error: .*, ([0-9.e-]+) %", done.stdout, re.M).group(1)
-        )
-
-
-def columns(path):
-    """Names and rows of a history."""
-    lines = path.read_text().splitlines()
-    names = re.findall(r'"(\w+) \[', next(line for line in lines if line.startswith("VARIABLES")))
-    return names, np.loadtxt([line for line in lines if re.match(r"^\s*[-0-9]", line)])
+        self.mass = History(Path(name, "energy.dat"))["mass"]
+        self.balance = 100 * abs(cost["energy_balance_error_J"]) / cost["largest_energy_J"]
 
 
 def von_mises(stress):

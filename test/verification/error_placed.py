@@ -12,6 +12,8 @@ from pathlib import Path
 
 import numpy as np
 from checks import finish, require
+from gimp3d.run_data import History
+from gimp3d.run_log import facts_of
 
 GIMP3D, ROOT = sys.argv[1], Path(sys.argv[2])
 SHIPPED = (ROOT / "input/wide_punch.nml").read_text()
@@ -29,11 +31,13 @@ def run(name, level=LEVEL, tool=TOOL, end=END, cell=1, text=SHIPPED):
     return done.returncode, done.stdout, done.stderr
 
 
+def cells_of(name):
+    """Of the level that the error places, at the end."""
+    return int(facts_of(Path(name, "cost.dat"))["cells_level_2"])
+
+
 def load(name):
-    lines = Path(name, "tool_punch.dat").read_text().splitlines()
-    names = re.findall(r'"(\w+) \[', next(line for line in lines if line.startswith("VARIABLES")))
-    rows = np.loadtxt([line for line in lines if re.match(r"^\s*[-0-9]", line)])
-    return rows[-1, names.index("load_z")]
+    return History(Path(name, "tool_punch.dat"))["load_z"][-1]
 
 
 def works(name, **how):
@@ -64,7 +68,7 @@ require(
 # the budget
 require("a run says its budget", "budget     7500 cells of all levels that the error places together" in said)
 require("and that it binds", "the budget left out cells with an error above the tolerance" in said)
-cells = int(re.search(r"level 2 has (\d+) cells", said).group(1))
+cells = cells_of("placed")
 require(f"and keeps to it: {cells} cells", cells <= 7500)
 said = works("free", level="&level criterion='error', tolerance=0.02 /\n", end=0.06)
 require(
@@ -75,12 +79,12 @@ status, _, wrong = run("too_few", level="&level criterion='error', max_cells=200
 require(
     wrong.strip(),
     status == 2
-    and re.search(r"line \d+, &level max_cells=2000: what is touched at the start needs \d+ cells", wrong),
+    and re.search(r"line \d+, &level max_cells=2000: the contact at the start needs \d+ cells", wrong),
 )
 said = works("in_memory", level="&level criterion='error', max_memory=38e6 /\n")
-cells = int(re.search(r"level 2 has (\d+) cells", said).group(1))
+cells = cells_of("in_memory")
 require(f"a budget in bytes is one: {cells} cells in 38 MB", 6832 <= cells <= 7600)
-for size, sentence in (("1e5", "allowed: at least"), ("2e7", "what is touched at the start needs")):
+for size, sentence in (("1e5", "allowed: at least"), ("2e7", "the contact at the start needs")):
     status, _, wrong = run("too_little", level=f"&level criterion='error', max_memory={size} /\n")
     require(wrong.strip(), status == 2 and sentence in wrong and "&level max_memory" in wrong)
 two = "&level criterion='error', max_cells={} /\n&level criterion='error', max_cells=100000 /\n"
@@ -122,7 +126,7 @@ GROUPS = """&scene title='two balls', end_time=0.7 /
 &output directory='groups', formats='none' /
 """
 said = works("groups", text=GROUPS)
-changed = float(re.search(r"^momentum: changed by ([-+0-9.e]+)", said, re.M).group(1))
+changed = float(facts_of("groups/cost.dat")["momentum_change_kg_m_s"])
 require(f"groups: momentum changed by {changed}", changed < 1e-11)
 pushed = [
     float(line.split()[-1])

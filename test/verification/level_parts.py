@@ -2,13 +2,13 @@
 ball that is pressed into an elastic block is that of the box that contains them within 1 %, with fewer cells;
 mass and bits on two ranks as always."""
 
-import re
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
+from gimp3d.run_data import History
+from gimp3d.run_log import facts_of
 
 GIMP3D, MPIRUN = sys.argv[1], sys.argv[2:]
 BOX = "&level lower=0,0,2, upper=6,6,11 /"
@@ -37,13 +37,9 @@ def run(name, level, ranks=1):
     done = subprocess.run(command, input=Path(f"{name}.nml").read_text(), text=True, capture_output=True)
     if done.returncode:
         sys.exit(f"{name} ends with status {done.returncode}: {done.stderr}")
-    lines = Path(name, "tool_ball.dat").read_text().splitlines()
-    names = re.findall(r'"(\w+) \[', next(line for line in lines if line.startswith("VARIABLES")))
-    rows = np.loadtxt([line for line in lines if re.match(r"^\s*[-0-9]", line)])
-    load = rows[:, names.index("load_z")]
-    late = rows[:, 0] > 0.3  # waves have been through
-    cells = int(re.search(r"^level 2 .*, (\d+) cells of", done.stdout, re.M).group(1))
-    return load[late].mean(), cells
+    rows = History(Path(name, "tool_ball.dat"))
+    late = rows["time"] > 0.3  # waves have been through
+    return rows["load_z"][late].mean(), int(facts_of(Path(name, "cost.dat"))["cells_level_2"])
 
 
 load, cells = run("box", BOX)
