@@ -4,7 +4,9 @@ module m_closing_summary
    use m_errors, only: error_t, fail
    use m_constants, only: program_version
    use m_text, only: to_text, exact_text, si, duration
-   use m_scene, only: scene_t, domain_fixed, domain_corners, boundary_free, update_usf
+   use m_domain_kinds, only: domain_kinds
+   use m_scene, only: scene_t, update_usf
+   use m_side_kinds, only: side_kinds
    use m_decomposition, only: all_owners
    use m_model, only: model_t
    use m_energy, only: balance_t, sums_t, measure
@@ -203,7 +205,7 @@ contains
       call facts%note('particles_at_end', to_text(at_end))
       call facts%note('splits', to_text(splits))
       call facts%note('merges', to_text(merges))
-      if (scene%time%domain /= domain_fixed .or. size(model%levels) > 1) &
+      if (domain_kinds(scene%time%domain)%deforms .or. size(model%levels) > 1) &
          call facts%say('domains: '//to_text(splits)//' particles made by splitting, '//to_text(merges)// &
                         ' by merging eight, '//to_text(at_end)//' at the end')
       call say_placings(facts, model)
@@ -220,11 +222,13 @@ contains
       type(model_t), intent(in) :: model
       character(len=:), allocatable :: text
       integer :: l
+      do l = 2, size(model%levels)
+         call facts%note('cells_level_'//to_text(l), to_text(model%levels(l)%region%cells()))
+      end do
       if (model%placings == 0) return
       text = 'levels by the error: evaluated '//to_text(model%placings)//' times'
       do l = 2, size(model%levels)
          text = text//', level '//to_text(l)//' has '//to_text(model%levels(l)%region%cells())//' cells'
-         call facts%note('cells_level_'//to_text(l), to_text(model%levels(l)%region%cells()))
       end do
       if (model%bound_placings > 0) &
          text = text//'; the budget left out cells with an error above the tolerance at '// &
@@ -256,7 +260,7 @@ contains
       end do
       text = 'momentum: changed by '//to_text(norm2(change), 3)//' kg m/s, tools gave '// &
              to_text(norm2(impulse), 3)//' kg m/s'
-      if (all(scene%grid%boundary == boundary_free) .and. size(model%effects) == 0) then
+      if (all(.not. side_kinds(scene%grid%boundary)%closed) .and. size(model%effects) == 0) then
          scale = norm2(impulse)
          if (scale <= 0.0_wp) scale = sqrt(2.0_wp*sums%mass*balance%largest)
          text = text//', off by '//to_text(norm2(change - impulse), 3)//' kg m/s'// &
@@ -313,9 +317,10 @@ contains
       character(len=:), allocatable :: text
       text = 'try smaller cells there'
       if (any(scene%bodies%particles_per_cell == 1)) text = text//', particles_per_cell=8'
-      if (scene%time%domain == domain_fixed .or. (scene%time%domain /= domain_corners &
-                                                  .and. size(scene%tools) > 0)) &
-         text = text//', domain=''corners'''
+      associate (domain => domain_kinds(scene%time%domain))
+         if (.not. domain%deforms .or. (.not. domain%turns .and. size(scene%tools) > 0)) &
+            text = text//', domain=''corners'''
+      end associate
    end function remedy
 
    !> Energies that are round-off, which are not judged: nothing has moved, J.

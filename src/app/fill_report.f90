@@ -2,7 +2,8 @@
 module m_fill_report
    use m_kinds, only: wp, i8
    use m_text, only: to_text
-   use m_scene, only: scene_t, body_spec_t, grid_spec_t, fill_share, boundary_symmetry
+   use m_scene, only: scene_t, body_spec_t, grid_spec_t, fill_share
+   use m_side_kinds, only: side_kinds
    use m_shape, only: shape_t
    use m_cut_cell, only: find_surface
    use m_level, only: level_t
@@ -108,9 +109,9 @@ contains
          share = 0.5_wp*share
          if (all(cut) .or. min(abs(shape%axis(axis)), 1.0_wp - abs(shape%axis(axis))) > whole) share = 0.0_wp
          if (cut(1) .and. (abs(centre(axis) - grid%lower(axis)) > near &
-                           .or. grid%boundary(2*axis - 1) /= boundary_symmetry)) share = 0.0_wp
+                           .or. .not. side_kinds(grid%boundary(2*axis - 1))%mirrors)) share = 0.0_wp
          if (cut(2) .and. (abs(centre(axis) - grid%upper(axis)) > near &
-                           .or. grid%boundary(2*axis) /= boundary_symmetry)) share = 0.0_wp
+                           .or. .not. side_kinds(grid%boundary(2*axis))%mirrors)) share = 0.0_wp
       end do
    end function modelled_share
 

@@ -40,7 +40,8 @@ contains
                    to_text(without)//' particles are in none'
             call console%line('grains     '//text)
             if (present_ones < few*effect%count) &
-               call console%line('warning    most grains are absent: are their places in m, and in the body?')
+               call console%line('warning    most grains are absent; check that their positions are in m '// &
+                  'and inside the body')
             deallocate (present_here)
          end select
       end do

@@ -7,7 +7,8 @@ module m_introduction
    use m_machine, only: date_text, find_crowd
    use m_launcher, only: tasks_of_job
    use m_material, only: material_t
-   use m_scene, only: scene_t, body_contact_spec_t, domain_fixed, criterion_error, start_as_is, &
+   use m_domain_kinds, only: domain_kinds
+   use m_scene, only: scene_t, body_contact_spec_t, criterion_error, start_as_is, &
                       because_law, because_surface, preconditioner_gamg
    use m_offer, only: catalogue_t
    use m_field_table, only: field_table_t, bytes_per_column
@@ -77,15 +78,15 @@ contains
          call introduce_choices(console, scene)
       end associate
       if (.not. (scene%output%present .or. scene%plans)) &
-         call console%line('warning    no &output: this run writes no file, nothing of it is kept')
+         call console%line('warning    no &output: this run writes no files')
       call find_crowd(model%communicator, ranks, cores)
       if (ranks > cores) &
          call console%line('warning    '//to_text(ranks)//' ranks share '//to_text(cores)// &
-                           ' core(s) of a machine: each waits '// &
-                           'for the others'' turns, in contact most of all; take no more ranks than cores')
+                           ' core(s) of a machine: cores are '// &
+                           'oversubscribed; use at most as many ranks as cores')
       if (model%communicator%ranks == 1 .and. tasks_of_job() > 1) &
          call console%line('warning    one rank in a job of '//to_text(tasks_of_job())// &
-                           ' tasks (SLURM_NTASKS); '//'mpirun or srun takes them all')
+                           ' tasks (SLURM_NTASKS); '//'start it by mpirun or srun to use all')
       if (allocated(model%atoms)) call console%line(model%atoms%note)
    end subroutine introduce
 
@@ -263,7 +264,7 @@ contains
       off = ''
       associate (table => model%levels(1)%table, effects => model%effects)
          call add(scene%time%affine, 'affine transfer', table%bytes_of('velocity_gradient'))
-         call add(scene%time%domain /= domain_fixed, 'deforming domains', &
+         call add(domain_kinds(scene%time%domain)%deforms, 'deforming domains', &
                   table%bytes_of('domain') + table%bytes_of('half_size') + table%bytes_of('generation') &
                   - bytes_per_column)
          call add(size(scene%tools) > 0, 'tool contact', table%bytes_of('contact_pressure') &

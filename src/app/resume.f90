@@ -57,7 +57,7 @@ contains
       if (.not. named) then
          call read_scene(communicator, catalogue, arguments%scene, scene, error)
          if (arguments%plans .and. scene%restart /= '') call fail(error, exit_input, &
-            '--plan: a plan is made of a whole run, not of one that goes on; allowed without restart')
+            '--plan: a plan needs a whole run and cannot start from a checkpoint; allowed without restart')
          if (error%happened()) return
          scene%plans = scene%plans .or. arguments%plans
          directory = scene%restart
@@ -73,7 +73,7 @@ contains
       if (error%happened()) return
       call interpret_scene(communicator, catalogue, text, earlier, error, kept=.true.)
       if (error%happened()) then
-         error%message = 'cannot go on from '//before%checkpoint%path//', its scene: '//error%message
+         error%message = 'cannot restart from '//before%checkpoint%path//', its scene: '//error%message
          return
       end if
       if (named) then

@@ -13,6 +13,7 @@ module m_simulation
    use m_offer, only: catalogue_t
    use m_materials, only: known_materials
    use m_effects, only: known_effects
+   use m_snapshot_formats, only: known_formats
    use m_model, only: model_t
    use m_speed_bounds, only: bound_speeds
    use m_integrator, only: integrator_t
@@ -142,6 +143,7 @@ contains
       class(simulation_t), intent(inout) :: self
       call known_materials(self%catalogue)
       call known_effects(self%catalogue)
+      call known_formats(self%catalogue)
       call read_arguments(self%arguments, self%error)
       if (self%arguments%schema) self%arguments%answer = scene_schema(self%catalogue)
       if (self%arguments%answer /= '') call self%console%line(self%arguments%answer)
@@ -311,7 +313,7 @@ contains
       if (.not. closing%happened()) &
          call self%keeper%keep_last(self%scene, self%model, self%balance, self%facts, self%recorder, closing)
       if (closing%happened()) then
-         self%error%message = self%error%message//'; the last good state could not be written: '// &
+         self%error%message = self%error%message//'; the last good state could not be saved: '// &
                               closing%message
       else
          self%error%message = self%error%message//'; the last good state, of step '// &
@@ -324,7 +326,7 @@ contains
    subroutine leave_directory(self)
       class(simulation_t), intent(inout) :: self
       call fail(self%error, exit_files, 'another run has taken over '//self%scene%output%directory// &
-                ' while this one stood still (run.lock there names another process): this one ends at '// &
+                ' while this one was suspended (run.lock there names another process); this one ends at '// &
                 'time '//si(self%model%time, 's')//' and writes nothing more')
       call self%console%finish()
       self%course%steps = 0

@@ -17,7 +17,8 @@ module m_coupling
    use m_level, only: level_t
    use m_node_patch, only: node_patch_t
    use m_pressure, only: pressure_t
-   use m_scene, only: domain_corners, scene_t, update_usl
+   use m_domain_kinds, only: domain_corners
+   use m_scene, only: scene_t, update_usl
    use m_shape, only: shape_t
    use m_text, only: si, to_text
    use m_tool, only: tool_t
@@ -145,13 +146,13 @@ contains
       do b = 1, size(scene%bodies)
          call scene%bodies(b)%shape%bounding_box(low, high)
          if (any(spec%lower >= high) .or. any(spec%upper <= low)) cycle
-         if (host > 0) call fail(error, exit_input, spec%group_text()//': the box reaches into several '// &
+         if (host > 0) call fail(error, exit_input, spec%group_text()//': the box overlaps several '// &
                                  'bodies; allowed: one')
          host = b
          lower = max(spec%lower, low)
          upper = min(spec%upper, high)
       end do
-      if (host == 0) call fail(error, exit_input, spec%group_text()//': the box is in no body')
+      if (host == 0) call fail(error, exit_input, spec%group_text()//': the box lies outside all bodies')
       if (error%happened()) return
       allocate (body, source=scene%bodies(host)%shape)
       call uncarve(body)
@@ -267,8 +268,8 @@ contains
       call MPI_Bcast(books, 3, MPI_DOUBLE_PRECISION, 0, communicator%comm)
       if (is_nested) then
          if (.not. level%region%holds_box(box(:, 1), box(:, 2), edge_margin*level%grid%cell)) &
-            call fail(error, exit_numerical, self%spec%group_text()//': the pads have come within '// &
-                      to_text(edge_margin, 2)//' cells of the edge of the finest level; make that larger')
+            call fail(error, exit_numerical, self%spec%group_text()//': the pads are within '// &
+                      to_text(edge_margin, 2)//' cells of the edge of the finest level; use a larger one')
       end if
       if (books(2) > 0.0_wp .or. error%happened()) call communicator%agree(error)
       if (error%happened()) return
@@ -313,11 +314,11 @@ contains
          if (complaint /= '') then
             call fail(error, exit_numerical, self%spec%group_text()//': '//complaint)
          else if (lost > 0 .or. atoms%missed > 0) then
-            call fail(error, exit_numerical, self%spec%group_text()//': the material around the box has '// &
-                      'gone from '//to_text(lost + atoms%missed)//' pads or bonds; leave more of it '// &
+            call fail(error, exit_numerical, self%spec%group_text()//': the material around the box is '// &
+                      'missing at '//to_text(lost + atoms%missed)//' pads or bonds; leave more of it '// &
                       'around the box')
          else if (atoms%bonds%is_broken() .and. .not. self%spec%goes_on()) then
-            call fail(error, exit_numerical, self%spec%group_text()//': a defect has come to the '// &
+            call fail(error, exit_numerical, self%spec%group_text()//': a defect has reached the '// &
                       'interface (bonds there have changed by '// &
                       to_text(100.0_wp*atoms%bonds%worst, 3)//' %); make the box larger, or go on with '// &
                       'at_interface=''go_on''')

@@ -117,7 +117,8 @@ contains
          if (lmp%fault == '') then
             allocate (types(self%atoms), source=2)
             types(:self%real_atoms) = 1
-            if (lmp%create(types, self%x/angstrom) /= self%atoms) lmp%fault = 'LAMMPS does not take all atoms'
+            if (lmp%create(types, self%x/angstrom) /= self%atoms) lmp%fault = 'LAMMPS did not create all '// &
+               'atoms'
          end if
          call set_potential(lmp, potential)
          call lmp%command('mass * '//exact_text(self%mass/kg_of_mass))

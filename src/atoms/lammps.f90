@@ -174,7 +174,7 @@ contains
       arguments(7) = c_null_ptr
       self%handle = self%c_open(6_c_int, arguments, int(comm%mpi_val, c_int))
       self%fault = ''
-      if (.not. c_associated(self%handle)) self%fault = 'LAMMPS does not start'
+      if (.not. c_associated(self%handle)) self%fault = 'LAMMPS cannot be started'
       self%code = name_foreign_code('LAMMPS')
    end subroutine start
 
@@ -200,7 +200,7 @@ contains
       if (length > 0) then
          if (message(length:length) == achar(10)) length = length - 1
       end if
-      self%fault = 'LAMMPS says of `'//text//'`: '//message(:length)
+      self%fault = 'LAMMPS failed at `'//text//'`: '//message(:length)
    end subroutine command
 
    !> A quantity of the thermodynamic output (`pe`, `pxx`, ...), in LAMMPS's units.

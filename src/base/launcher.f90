@@ -52,9 +52,9 @@ contains
       call MPI_Get_library_version(library, length)
       length = scan(library(:length)//',', ','//achar(10)//achar(0)) - 1
       call fail(error, exit_input, 'launched as '//to_text(number_in(name))//' ranks ('//trim(name)// &
-                '), but to MPI each is a run of its own: take the mpirun, or the --mpi of srun, of the '// &
+                '), but MPI sees each as a separate run; use the mpirun, or the --mpi of srun, of the '// &
                 'MPI that this '// &
-                'program was built with ('//library(:length)//'); for one rank on purpose unset '//trim(name))
+                'program was built with ('//library(:length)//'); for a single rank unset '//trim(name))
    end subroutine refuse
 
    !> Tasks that Slurm keeps for this job; 0 where there is no such job.

@@ -46,12 +46,12 @@ contains
       if (allocated(scene%contact_groups)) names = [character(len=name_length) :: &
                                                     (scene%group_label(g), g=1, size(scene%contact_groups))]
       if (size(names) < 2 .and. .not. group%is_writing()) call group%refuse('groups', &
-         'all bodies are of one contact group: nothing is in contact; '// &
+         'all bodies are in one contact group, so there is no contact; '// &
          'allowed where bodies have different contact_group')
       if (any(contact%groups > 0) .or. .not. group%is_writing()) &
          call group%get_choices('groups', contact%groups, names)
       if (contact%groups(1) > 0 .and. contact%groups(1) == contact%groups(2)) &
-         call group%refuse('groups', 'must be two different groups: bodies of one are bonded')
+         call group%refuse('groups', 'must be two different groups: bodies of one group are bonded')
       if (group%is_reading()) call check_given_once(group, scene, contact, number)
       call describe_friction(group, contact%friction)
       call group%get('adhesion', contact%adhesion, at_least(0.0_wp, 'J/m2'))
@@ -72,7 +72,7 @@ contains
       do n = 1, number - 1
          associate (before => scene%body_contacts(n)%groups)
             if (.not. (all(before == contact%groups) .or. all(before == contact%groups([2, 1])))) cycle
-            call group%refuse('groups', 'the same have been given before (&body_contact number '// &
+            call group%refuse('groups', 'the pair was given before (&body_contact number '// &
                               to_text(n)//'); allowed: once')
             return
          end associate
@@ -92,11 +92,11 @@ contains
                               'not together with bond_strength: a bond opens by 2 adhesion/bond_strength')
       else if ((contact%adhesion > 0.0_wp) .neqv. (contact%cohesive_range > 0.0_wp)) then
          call group%refuse(trim(merge('cohesive_range', 'adhesion      ', contact%adhesion > 0.0_wp)), &
-                           'adhesion (J/m2) and cohesive_range (m) go together')
+                           'adhesion (J/m2) and cohesive_range (m) must both be given')
       end if
       if (contact%press_fit > 0.0_wp .and. contact%start /= start_as_is) &
          call group%refuse('press_fit', &
-            'only with start=''as_is'': without an overlap at the start there is nothing to press out')
+            'only with start=''as_is'': without an initial interference there is nothing to ramp down')
    end subroutine check_adhesion
 
 end module m_contact_groups

@@ -9,15 +9,15 @@ module m_scene
    use m_group_reader, only: name_length
    use m_offer, only: offer_t, offer_slot_t
    use m_section, only: section_t
+   use m_domain_kinds, only: domain_fixed
+   use m_side_kinds, only: boundary_free
    use m_shape, only: shape_t
    use m_friction_law, only: surface_friction_t
    implicit none
    private
+   public :: safety_limit, largest_safety
 
-   integer, parameter, public :: boundary_free = 0, boundary_symmetry = 1, boundary_roller = 2, &
-                                 boundary_fixed = 3
    integer, parameter, public :: update_usl = 1, update_usf = 2, update_musl = 3
-   integer, parameter, public :: domain_by_law = 0, domain_fixed = 1, domain_stretch = 2, domain_corners = 3
    integer, parameter, public :: because_law = 1, because_surface = 2, because_single = 3
    integer, parameter, public :: fill_by_shape = 0, fill_whole = 1, fill_share = 2
    integer, parameter, public :: level_box = 1, level_sphere = 2
@@ -214,9 +214,9 @@ module m_scene
       real(wp) :: history_every = 0.0_wp !< s between lines of the histories; 0 means end_time/1000
       logical :: displacement = .true.   !< particles know where they began
       logical :: strain = .false., gradient = .false. !< and how they have been deformed since
-      logical :: hdf5 = .true.
-      logical :: tecplot = .false.
+      character(len=name_length), allocatable :: formats(:) !< of snapshots, by name
    contains
+      procedure :: writes => writes_format
       procedure :: fields => output_fields
    end type output_spec_t
 
@@ -275,6 +275,14 @@ module m_scene
    end type scene_t
 
 contains
+
+   !> True when there are snapshots in a format.
+   pure logical function writes_format(self, name) result(writes)
+      class(output_spec_t), intent(in) :: self
+      character(len=*), intent(in) :: name
+      writes = .false.
+      if (allocated(self%formats)) writes = any(self%formats == name)
+   end function writes_format
 
    !> Which of displacement, strain and deformation gradient are written.
    pure function output_fields(self) result(fields)
@@ -402,5 +410,21 @@ contains
       end if
       spec%groups = [one, other]
    end function contact_of
+
+   !> The largest safety factor with so many particles a cell, 1, 8 or 27.
+   pure real(wp) function largest_safety(particles_per_cell)
+      integer, intent(in) :: particles_per_cell
+      largest_safety = safety_allowed(findloc(safety_particles, particles_per_cell, dim=1))
+   end function largest_safety
+
+   !> The largest safety factor that all bodies of a scene allow.
+   pure real(wp) function safety_limit(scene)
+      class(scene_t), intent(in) :: scene
+      integer :: i
+      safety_limit = maxval(safety_allowed)
+      do i = 1, size(scene%bodies)
+         safety_limit = min(safety_limit, largest_safety(scene%bodies(i)%particles_per_cell))
+      end do
+   end function safety_limit
 
 end module m_scene

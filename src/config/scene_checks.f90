@@ -1,5 +1,6 @@
 !> What must hold across the groups of a scene: geometry and numerics.
 module m_scene_checks
+   use m_side_kinds, only: side_kinds
    use m_kinds, only: wp
    use m_constants, only: exit_input
    use m_errors, only: error_t, fail
@@ -14,7 +15,7 @@ module m_scene_checks
    use m_overlap, only: overlap, deepest
    implicit none
    private
-   public :: check_scene, safety_limit, largest_safety
+   public :: check_scene
 
    real(wp), parameter :: whole = 1.0e-9_wp     !< a length is so near, relatively, to a whole number of cells
    real(wp), parameter :: touching = 1.0e-6_wp !< what overlaps by less than this share of a cell only touches
@@ -125,8 +126,8 @@ contains
          inner_lower = lower
          inner_upper = upper
          if (.not. shape%is_lattice()) then ! a symmetry plane may cut it
-            where (grid%boundary(1:5:2) == boundary_symmetry) inner_lower = max(lower, min(grid%lower, upper))
-            where (grid%boundary(2:6:2) == boundary_symmetry) inner_upper = min(upper, max(grid%upper, lower))
+            where (side_kinds(grid%boundary(1:5:2))%mirrors) inner_lower = max(lower, min(grid%lower, upper))
+            where (side_kinds(grid%boundary(2:6:2))%mirrors) inner_upper = min(upper, max(grid%upper, lower))
          end if
          slack = touching*grid%cell_size
          if (any(inner_lower < grid%lower - slack) .or. any(inner_upper > grid%upper + slack)) then
@@ -167,22 +168,6 @@ contains
          return
       end do
    end subroutine check_whole_particles
-
-   !> The largest safety factor with so many particles a cell, 1, 8 or 27.
-   pure real(wp) function largest_safety(particles_per_cell)
-      integer, intent(in) :: particles_per_cell
-      largest_safety = safety_allowed(findloc(safety_particles, particles_per_cell, dim=1))
-   end function largest_safety
-
-   !> The largest safety factor that all bodies of a scene allow.
-   pure real(wp) function safety_limit(scene)
-      type(scene_t), intent(in) :: scene
-      integer :: i
-      safety_limit = maxval(safety_allowed)
-      do i = 1, size(scene%bodies)
-         safety_limit = min(safety_limit, largest_safety(scene%bodies(i)%particles_per_cell))
-      end do
-   end function safety_limit
 
    !> The safety factor is one that the body's particles allow.
    subroutine check_safety(text, scene, i, error)

@@ -2,6 +2,8 @@
 !> the same as a table. Each describe_* both reads its group and writes it (see m_group_reader): what it gives
 !> to the reader are the values as they are.
 module m_scene_groups
+   use m_side_kinds, only: boundary_symmetry
+   use m_domain_kinds, only: domain_by_law
    use m_kinds, only: wp
    use m_constants, only: exit_input
    use m_errors, only: error_t, fail
@@ -267,12 +269,12 @@ contains
       case ('guard')
          call describe_guard(group, scene%guard)
       case ('output')
-         call describe_output(group, scene%output)
+         call describe_output(group, catalogue%formats, scene%output)
       case ('checkpoint')
          call describe_checkpoint(group, scene%checkpoint)
          if (scene%checkpoint%present .and. .not. scene%output%present) &
             call group%refuse('every', &
-                              'a &checkpoint needs an &output: checkpoints are written into its directory')
+                              'a &checkpoint needs an &output, in whose directory checkpoints are written')
       end select
    end subroutine describe_group
 
@@ -292,33 +294,31 @@ contains
       ! case.nml is the whole run's
       if (.not. group%is_writing()) call group%get_text('restart', scene%restart, longest_path)
       if (scene%plans .and. scene%restart /= '') &
-         call group%refuse('mode', 'a plan is made of a whole run, not of one that goes on; allowed '// &
+         call group%refuse('mode', 'a plan needs a whole run and cannot start from a checkpoint; allowed '// &
                            'without restart')
    end subroutine describe_scene
 
    subroutine describe_grid(group, grid)
       type(group_reader_t), intent(inout) :: group
       type(grid_spec_t), intent(inout) :: grid
-      integer :: choices(6), side, sides(4)
+      integer :: choices(6), sides(4)
       if (grid%section%is_flat() .or. .not. group%is_writing()) &
          call group%get_choice('geometry', grid%section%geometry, geometry_words)
       call get_corner(group, 'lower', grid, grid%lower)
       call get_corner(group, 'upper', grid, grid%upper)
       call group%get('cell_size', grid%cell_size, above(0.0_wp, 'm'), required=.true.)
       if (grid%section%is_flat() .and. group%values_given('upper') == 2) grid%upper(2) = grid%cell_size
-      do side = 1, 6
-         choices(side) = findloc(boundary_codes, grid%boundary(side), dim=1)
-      end do
+      choices = grid%boundary + 1
       if (grid%section%is_flat() .and. group%values_given('boundary') == 4) then
          sides = choices([1, 2, 5, 6])
          call group%get_choices('boundary', sides, boundary_words)
          choices([1, 2, 5, 6]) = sides
-         choices(3:4) = findloc(boundary_codes, boundary_symmetry, dim=1)
+         choices(3:4) = boundary_symmetry + 1
       else
          group%fewer = 4
          call group%get_choices('boundary', choices, boundary_words)
       end if
-      grid%boundary = boundary_codes(max(choices, 1))
+      grid%boundary = max(choices, 1) - 1
    end subroutine describe_grid
 
    !> A corner of the grid; of a section x and z will do.
@@ -347,7 +347,7 @@ contains
       if (.not. group%is_writing()) & ! the same by its other name
          call group%get('cfl', time%safety, above(0.0_wp, '', at_most=maxval(safety_allowed)))
       if (group%is_given('cfl') .and. group%is_given('safety')) &
-         call group%refuse('cfl', 'is safety by another name; allowed: one of both')
+         call group%refuse('cfl', 'is a synonym of safety; give one of the two')
       call group%get('time_step', time%time_step, at_least(0.0_wp, 's'))
       call group%get_choice('stress_update', time%stress_update, stress_update_words)
       transfer = merge(1, 2, time%affine)
@@ -375,19 +375,24 @@ contains
       call group%get('step_limit', guard%step_limit, at_least(0.0_wp, '', at_most=0.5_wp))
    end subroutine describe_guard
 
-   subroutine describe_output(group, output)
+   subroutine describe_output(group, formats, output)
       type(group_reader_t), intent(inout) :: group
+      character(len=name_length), intent(in) :: formats(:) !< that there are, the default first
       type(output_spec_t), intent(inout) :: output
-      logical :: formats(3), fields(4)
+      logical :: chosen(size(formats) + 1), fields(4)
+      integer :: f
       if (.not. allocated(output%directory)) output%directory = ''
       call group%get_text('directory', output%directory, longest_path, required=.true.)
       call group%get('every', output%every, at_least(0.0_wp, 's'))
       call group%get('history_every', output%history_every, at_least(0.0_wp, 's'))
-      formats = [output%hdf5, output%tecplot, .not. (output%hdf5 .or. output%tecplot)]
-      call group%get_set('formats', formats, format_words)
-      if (formats(3) .and. any(formats(1:2))) call group%refuse('formats', 'none must stand alone')
-      output%hdf5 = formats(1)
-      output%tecplot = formats(2)
+      if (.not. allocated(output%formats)) output%formats = formats(:1)
+      associate (n => size(formats))
+         chosen(:n) = [(output%writes(formats(f)), f=1, n)]
+         chosen(n + 1) = .not. any(chosen(:n))
+         call group%get_set('formats', chosen, [formats, [character(len=name_length) :: 'none']])
+         if (chosen(n + 1) .and. any(chosen(:n))) call group%refuse('formats', 'none must stand alone')
+         output%formats = pack(formats, chosen(:n))
+      end associate
       fields = [output%displacement, output%strain, output%gradient, .false.]
       fields(4) = .not. any(fields)
       call group%get_set('fields', fields, field_words)

@@ -24,13 +24,13 @@ contains
       call group%get_choice('shape', level%shape, level_shape_words)
       call describe_form(group, level)
       if (group%is_given('follow') .and. size(leaders) == 0) &
-         call group%refuse('follow', 'the scene has no &tool to follow, and no contact groups')
+         call group%refuse('follow', 'the scene has neither a &tool nor a contact group to follow')
       if (level%follow > 0 .or. .not. group%is_writing()) &
          call group%get_choice('follow', level%follow, leaders)
       if (level%shape == level_sphere .and. level%follow > 0 .and. group%is_reading() &
           .and. .not. group%is_given('center')) then
          if (level%follow > size(scene%tools)) then
-            call group%refuse('follow', 'needs a center, for it names no &tool')
+            call group%refuse('follow', 'needs a center, because it names no &tool')
          else
             level%center = scene%tools(level%follow)%tip
          end if
@@ -39,7 +39,7 @@ contains
       call group%get_choice('criterion', choice, criterion_words)
       level%criterion = max(choice, 1) - 1
       if (level%follow > 0 .and. level%criterion /= criterion_none) &
-         call group%refuse('criterion', 'not together with follow; a level moves by one or the other')
+         call group%refuse('criterion', 'not together with follow; a level is moved by one of the two')
       call describe_place(group, scene, level)
       if (level%criterion == criterion_none .and. group%is_writing()) return
       call group%get('max_cells', level%max_cells, least=min_cells)

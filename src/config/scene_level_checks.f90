@@ -54,7 +54,7 @@ contains
       if (scene%time%stress_update /= update_usl) &
          call fail(error, exit_input, text%place('time', 1, 'stress_update')//': must be '// &
                    trim(stress_update_words(update_usl))//' with the &level on '//text%line_of('level', 1)// &
-                   ', for levels exchange with their nodes once a step')
+                   ', because levels exchange nodal values once a step')
       do l = 1, size(scene%levels)
          call check_parent(text, scene, l, error)
          if (error%happened()) return
@@ -94,7 +94,7 @@ contains
             if (other == l .or. levels(other)%of /= levels(l)%of) cycle
             call fail(error, exit_input, text%place('level', l, 'criterion')// &
                       ': must be none, for the level on '//text%line_of('level', other)//' refines level '// &
-                      to_text(levels(l)%of)//' too; a criterion places a box alone')
+                      to_text(levels(l)%of)//' too; a criterion places a single box')
             return
          end do
       end associate

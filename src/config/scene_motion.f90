@@ -94,7 +94,7 @@ contains
          if (any(times(2:) <= times(:size(times) - 1))) call group%refuse('times', 'must rise strictly')
       end if
       if (allocated(loads) .and. allocated(speeds)) then
-         call group%refuse('loads', 'not together with speeds; a tool moves by one or the other')
+         call group%refuse('loads', 'not together with speeds; a tool is driven by one of the two')
       else if (allocated(loads)) then
          call check_count('loads', size(loads))
       else if (allocated(speeds)) then

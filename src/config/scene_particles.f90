@@ -3,8 +3,8 @@
 module m_scene_particles
    use m_kinds, only: wp
    use m_scene, only: scene_t, body_spec_t, tool_spec_t, fill_by_shape, fill_share, fill_whole, &
-                      domain_by_law, domain_fixed, domain_stretch, domain_corners, because_law, &
-                      because_surface, because_single
+                      because_law, because_surface, because_single
+   use m_domain_kinds, only: domain_by_law, domain_fixed, domain_stretch, domain_corners
    implicit none
    private
    public :: choose_fill, choose_domain

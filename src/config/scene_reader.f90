@@ -121,8 +121,9 @@ contains
             if (.not. overlap(body%shape, cut%shape, [0.0_wp, 0.0_wp, 0.0_wp], least*scene%grid%cell_size, &
                               least*scene%grid%cell_size)) &
                call fail(error, exit_input, parsed%place('cut', i, 'shape')// &
-                         ': takes nothing away from the body '// &
-                         body%name//' on '//parsed%line_of('body', cut%body)//'; it must overlap it')
+                         ': removes nothing from the body '// &
+                         body%name//' on '//parsed%line_of('body', cut%body)//'; the cut must overlap '// &
+                            'the body')
             if (error%happened()) return
             call carve(body%shape, cut%shape)
          end associate

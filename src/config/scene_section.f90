@@ -1,6 +1,7 @@
 !> What must hold in a scene that is given by a section (theory.md, Sections), and what such a scene may not
 !> have: one sentence each.
 module m_scene_section
+   use m_side_kinds, only: side_kinds
    use m_kinds, only: wp
    use m_constants, only: exit_input
    use m_errors, only: error_t, fail
@@ -78,7 +79,7 @@ contains
       else if (abs(grid%upper(2) - grid%cell_size) > near*grid%cell_size) then
          call fail(error, exit_input, text%place('grid', 1, 'upper')//': with geometry='''// &
                    grid%section%word()//''' y must be cell_size, '//to_text(grid%cell_size, 9)//' m')
-      else if (any(grid%boundary(3:4) /= boundary_symmetry)) then
+      else if (any(.not. side_kinds(grid%boundary(3:4))%mirrors)) then
          call fail(error, exit_input, text%place('grid', 1, 'boundary')//': with geometry='''// &
                    grid%section%word()//''' both sides in y must be symmetry')
       end if
@@ -94,11 +95,11 @@ contains
       if (grid%lower(1) < 0.0_wp) then
          call fail(error, exit_input, text%place('grid', 1, 'lower')//start// &
                    'x is a radius; allowed: at least 0')
-      else if (grid%lower(1) > 0.0_wp .eqv. grid%boundary(1) == boundary_symmetry) then
+      else if (grid%lower(1) > 0.0_wp .eqv. side_kinds(grid%boundary(1))%mirrors) then
          call fail(error, exit_input, text%place('grid', 1, 'boundary')//start// &
                    'the lower side in x must be symmetry at x=0, the axis, and free, roller or fixed '// &
                    'elsewhere')
-      else if (grid%boundary(2) == boundary_symmetry) then
+      else if (side_kinds(grid%boundary(2))%mirrors) then
          call fail(error, exit_input, text%place('grid', 1, 'boundary')//start//'the upper side in x is '// &
                    'round and no mirror; allowed: free, roller, fixed')
       end if

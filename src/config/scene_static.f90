@@ -45,7 +45,7 @@ contains
       if (spec%has_inertia() .or. .not. group%is_writing()) &
          call group%get('theta', spec%theta, at_least(0.5_wp, '', at_most=1.0_wp))
       if (spec%has_inertia() .and. spec%ramp > 0.0_wp) &
-         call group%refuse('ramp', 'not with mode=''newmark'', whose loads come on by their own times')
+         call group%refuse('ramp', 'not with mode=''newmark'', whose loads follow their own times')
       if (spec%max_step > 0.0_wp .and. spec%max_step < spec%step) &
          call group%refuse('max_step', 'must not be below step; 0 for no limit')
    end subroutine describe_quasi_static
@@ -67,36 +67,36 @@ contains
       if (.not. scene%quasi_static%present) return
       do i = 1, size(scene%materials)
          if (.not. any(laws == scene%materials(i)%law%name)) &
-            call fail(error, exit_input, text%place('material', i, 'model')//': not with &quasi_static, '// &
-                      'whose laws are '//joined(laws)//'; take one of these, or the explicit scheme')
+            call fail(error, exit_input, text%place('material', i, 'model')//': not supported with '// &
+               '&quasi_static, whose laws are '//joined(laws)//'; use one of these, or the explicit scheme')
       end do
       do i = 1, size(scene%effects)
          associate (it => scene%effects(i)%it)
             if (.not. any(effects == it%name)) &
-               call fail(error, exit_input, it%group_text()//': not with &quasi_static, whose effects '// &
-                         'are '//joined(effects)//'; leave it out, or take the explicit scheme')
+               call fail(error, exit_input, it%group_text()//': not supported with &quasi_static, whose '// &
+                         'effects are '//joined(effects)//'; leave it out, or use the explicit scheme')
             if (it%name == 'anti_locking' .and. .not. it%declined() &
                 .and. scene%quasi_static%preconditioner == preconditioner_gamg) &
                call fail(error, exit_input, it%group_text()//': not with preconditioner=''gamg'' of '// &
-                         '&quasi_static, which stalls on it in metal that flows; take bpx, or leave '// &
+                         '&quasi_static, which stagnates in plastic flow with it; use bpx, or leave '// &
                          'it out')
          end associate
       end do
       i = findloc(scene%levels%criterion /= criterion_none, .true., dim=1)
       if (i > 0) &
-         call fail(error, exit_input, text%place('level', i, 'criterion')//': not with &quasi_static, '// &
-                   'whose levels stay or follow; give the level a box or a sphere, or take the '// &
+         call fail(error, exit_input, text%place('level', i, 'criterion')//': not supported with '// &
+            '&quasi_static, whose levels stay or follow; give the level a box or a sphere, or use the '// &
                    'explicit scheme')
       if (scene%quasi_static%preconditioner == preconditioner_gamg .and. size(scene%levels) > 0) &
-         call fail(error, exit_input, text%place('quasi_static', 1, 'preconditioner')//': gamg is not '// &
-                   'with &level, for its elements are those of one grid; take bpx')
+         call fail(error, exit_input, text%place('quasi_static', 1, 'preconditioner')//': gamg does not '// &
+                   'support &level, because its elements are those of one grid; use bpx')
       if (scene%fields() > 1) call check_groups(text, scene, error)
       if (scene%time%stress_update /= update_usl) &
          call fail(error, exit_input, text%place('time', 1, 'stress_update')//': with &quasi_static only '// &
                    '''usl'' is allowed')
       if (scene%time%time_step > 0.0_wp) &
-         call fail(error, exit_input, text%place('time', 1, 'time_step')//': not with &quasi_static, '// &
-                   'whose own step counts; leave it out')
+         call fail(error, exit_input, text%place('time', 1, 'time_step')//': not supported with '// &
+            '&quasi_static, whose own step is used; leave it out')
       if (scene%quasi_static%has_inertia()) call check_inertia(text, scene, error)
       call check_times(text, scene, error)
    end subroutine check_quasi_static
@@ -127,22 +127,23 @@ contains
       type(error_t), intent(inout) :: error
       integer :: i
       if (scene%quasi_static%has_inertia()) &
-         call fail(error, exit_input, text%place('quasi_static', 1, 'mode')//': newmark is not with more '// &
-                   'than one contact_group; leave contact_group out, so that bodies are bonded where '// &
-                   'they touch, or take the explicit scheme')
+         call fail(error, exit_input, text%place('quasi_static', 1, 'mode')//': newmark does not support '// &
+            'more than one contact_group; leave contact_group out, so that bodies are bonded where '// &
+                   'they touch, or use the explicit scheme')
       if (scene%quasi_static%preconditioner == preconditioner_gamg) &
-         call fail(error, exit_input, text%place('quasi_static', 1, 'preconditioner')//': gamg is not '// &
-                   'with more than one contact_group, for its elements are those of one body; take bpx')
+         call fail(error, exit_input, text%place('quasi_static', 1, 'preconditioner')//': gamg does not '// &
+                   'support several contact groups, because its elements are those of one body; use bpx')
       if (.not. allocated(scene%body_contacts)) return
       do i = 1, size(scene%body_contacts)
          associate (it => scene%body_contacts(i))
             if (it%adhesion > 0.0_wp) call fail(error, exit_input, &
-               text%place('body_contact', i, 'adhesion')//': not with &quasi_static, where groups press '// &
-               'and rub each other only; leave it out, or take the explicit scheme')
+               text%place('body_contact', i, 'adhesion')//': not supported with &quasi_static, '// &
+               'whose contact has pressure and friction only; leave it out, or use the explicit scheme')
             if (it%bond_strength > 0.0_wp) call fail(error, exit_input, &
-               text%place('body_contact', i, 'bond_strength')//': not with &quasi_static, where groups '// &
-               'press and rub each other only; leave contact_group out, so that bodies are bonded where '// &
-               'they touch, or take the explicit scheme')
+               text%place('body_contact', i, 'bond_strength')//': not supported with '// &
+               '&quasi_static, whose contact has pressure and friction only; leave contact_group out, so '// &
+               'that bodies are bonded where '// &
+               'they touch, or use the explicit scheme')
          end associate
       end do
    end subroutine check_groups
@@ -155,8 +156,8 @@ contains
       integer :: i
       do i = 1, size(scene%tools)
          if (pushed(i)) &
-            call fail(error, exit_input, text%line_of('tool', i)//', &tool: loads are not with mode='// &
-                      '''newmark'' of &quasi_static, whose tools have no mass; give speeds, or take the '// &
+            call fail(error, exit_input, text%line_of('tool', i)//', &tool: loads are not supported with '// &
+               'mode=''newmark'' of &quasi_static, whose tools have no mass; give speeds, or use the '// &
                       'explicit scheme')
       end do
    contains

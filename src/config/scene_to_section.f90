@@ -1,6 +1,7 @@
 !> A scene in three dimensions becomes the one that gives it by its section (theory.md, Sections), where
 !> nothing stands against it: what is of a part of a body becomes what is of all of it.
 module m_scene_to_section
+   use m_side_kinds, only: boundary_symmetry, side_kinds
    use m_kinds, only: wp
    use m_constants, only: exit_input
    use m_errors, only: error_t, fail
@@ -23,11 +24,11 @@ contains
       type(error_t), intent(inout) :: error
       real(wp) :: whole
       if (scene%grid%section%is_flat()) then
-         call fail(error, exit_input, text%place('grid', 1, 'geometry')//': the scene is given by its '// &
-                   'section already')
+         call fail(error, exit_input, text%place('grid', 1, 'geometry')//': the scene is already given '// &
+            'by its section already')
          return
       end if
-      if (all(scene%grid%boundary(3:4) == boundary_symmetry)) then
+      if (all(side_kinds(scene%grid%boundary(3:4))%mirrors)) then
          scene%grid%section%geometry = geometry_plane_strain
          whole = 1.0_wp/(scene%grid%upper(2) - scene%grid%lower(2))
          call refuse_short(text, scene, error)
@@ -67,10 +68,10 @@ contains
       integer :: axis
       whole = 1.0_wp
       do axis = 1, 2
-         if (grid%boundary(2*axis) == boundary_symmetry) then
+         if (side_kinds(grid%boundary(2*axis))%mirrors) then
             call fail(error, exit_input, text%place('grid', 1, 'boundary')//': a body of revolution has '// &
                       'no symmetry on the upper side in '//names(axis)//'; allowed: free, roller, fixed')
-         else if (grid%boundary(2*axis - 1) == boundary_symmetry) then
+         else if (side_kinds(grid%boundary(2*axis - 1))%mirrors) then
             whole = 2.0_wp*whole
             if (abs(grid%lower(axis)) > near*grid%cell_size) &
                call fail(error, exit_input, text%place('grid', 1, 'lower')//': a body of revolution '// &

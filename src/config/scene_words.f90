@@ -1,23 +1,20 @@
 !> The words of a scene that stand for a choice, and the names of its groups. A choice is its word's index,
 !> boundaries and criteria excepted (their codes begin at 0).
 module m_scene_words
-   use m_scene, only: boundary_free, boundary_symmetry, boundary_roller, boundary_fixed
+   use m_domain_kinds, only: domain_kinds
+   use m_side_kinds, only: side_kinds
    implicit none
    private
 
    character(len=*), parameter, public :: mode_words(2) = [character(len=4) :: 'run', 'plan']
-   character(len=*), parameter, public :: boundary_words(4) = [character(len=8) :: 'free', 'symmetry', &
-                                          'roller', 'fixed']
-   integer, parameter, public :: boundary_codes(4) = [boundary_free, boundary_symmetry, boundary_roller, &
-                                 boundary_fixed]
+   character(len=*), parameter, public :: boundary_words(size(side_kinds)) = side_kinds%name
    character(len=*), parameter, public :: stress_update_words(3) = [character(len=4) :: 'usl', 'usf', 'musl']
    character(len=*), parameter, public :: velocity_update_words(2) = [character(len=4) :: 'flip', 'pic']
    character(len=*), parameter, public :: static_mode_words(2) = [character(len=7) :: 'static', 'newmark']
    character(len=*), parameter, public :: preconditioner_words(3) = [character(len=6) :: 'jacobi', 'gamg', &
                                                                                        'bpx']
    character(len=*), parameter, public :: transfer_words(2) = [character(len=6) :: 'affine', 'plain']
-   character(len=*), parameter, public :: domain_words(3) = [character(len=7) :: 'fixed', 'stretch', &
-                                          'corners']
+   character(len=*), parameter, public :: domain_words(size(domain_kinds)) = domain_kinds%name
    character(len=*), parameter, public :: level_shape_words(2) = [character(len=6) :: 'box', 'sphere']
    character(len=*), parameter, public :: criterion_words(4) = [character(len=6) :: 'none', 'stress', &
                                                                  'strain', 'error']
@@ -25,7 +22,6 @@ module m_scene_words
    character(len=*), parameter, public :: fill_words(2) = [character(len=5) :: 'whole', 'share']
    character(len=*), parameter, public :: field_words(4) = [character(len=20) :: 'displacement', 'strain', &
       'deformation_gradient', 'none']
-   character(len=*), parameter, public :: format_words(3) = [character(len=7) :: 'hdf5', 'tecplot', 'none']
 
    character(len=*), parameter, public :: motion_words(2) = [character(len=5) :: 'slide', 'turn']
 

@@ -39,6 +39,8 @@ contains
          material_names(number) = scene%materials(number)%name
          call offer(laws%models, scene%materials(number)%law%name, scene%materials(number)%law)
       end do
+      laws%formats = [character(len=name_length) ::]
+      if (allocated(scene%output%formats)) laws%formats = scene%output%formats
       text = ''
       do kind = 1, size(group_words)
          if (present(left_out)) then

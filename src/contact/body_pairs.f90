@@ -128,9 +128,8 @@ contains
 
    !> Collective among near ranks: the candidates of a step between bodies, after those of tools: points where
    !> an element meets another body that the free motion would carry into it, or almost.
-   subroutine find(self, communicator, level, time, time_step, candidates)
+   subroutine find(self, level, time, time_step, candidates)
       class(body_pairs_t), intent(inout) :: self
-      type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
       real(wp), intent(in) :: time, time_step !< s
       type(candidates_t), intent(inout) :: candidates
@@ -140,7 +139,7 @@ contains
       self%first = candidates%count + 1
       self%time = time
       self%overlap = 0.0_wp
-      call self%meet(communicator, level)
+      call self%meet(level)
       allocate (first_wanted(self%met), partners(self%met))
       call self%wanted%clear()
       n = 0
@@ -152,7 +151,7 @@ contains
          call place_partner(self%elements, level, self%meetings(n), partners(n))
          call want_nodes(level%grid, partners(n), self%wanted)
       end do
-      call self%wanted%fetch(communicator, level)
+      call self%wanted%fetch(level)
       if (.not. allocated(candidates%partners)) allocate (candidates%partners(64))
       candidates%paired = 0
       do m = 1, n
@@ -164,14 +163,13 @@ contains
 
    !> Collective among near ranks: meetings of the elements of a level's particles. What pressed them is taken
    !> out of the particles' columns.
-   subroutine meet(self, communicator, level)
+   subroutine meet(self, level)
       class(body_pairs_t), intent(inout) :: self
-      type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
       real(wp) :: reach
       reach = reach_of*longest_edge*level%grid%cell
       call self%elements%gather(level, self%at)
-      call self%elements%exchange(communicator, level, reach)
+      call self%elements%exchange(level, reach)
       call self%elements%mirror(level%grid, reach)
       call self%elements%sort(self%fields, reach_of*max(self%elements%longest, tiny(reach)))
       call find_meetings(self%elements, self%meetings, self%met)
@@ -220,9 +218,8 @@ contains
 
    !> Collective among near ranks, when all bodies are filled: what overlaps and may be kept so; what is
    !> bonded.
-   subroutine begin(self, communicator, level, error)
+   subroutine begin(self, level, error)
       class(body_pairs_t), intent(inout) :: self
-      type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
       type(error_t), intent(inout) :: error
       integer :: m, pair
@@ -233,7 +230,7 @@ contains
             '; allowed: a smaller cohesive_range, or a larger bond_strength')
       end do
       if (error%happened()) return
-      call self%meet(communicator, level)
+      call self%meet(level)
       do m = 1, self%met
          associate (meeting => self%meetings(m), it => self%elements%list(self%meetings(m)%element), &
                     element => self%elements%element(self%meetings(m)%element), &
@@ -373,14 +370,13 @@ contains
    end subroutine add_up
 
    !> Collective among near ranks: contact is for the finest level: stop where bodies meet on a coarser one.
-   subroutine forbid(self, communicator, level, finest, error)
+   subroutine forbid(self, level, finest, error)
       class(body_pairs_t), intent(inout) :: self
-      type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
       type(level_t), intent(in) :: finest
       type(error_t), intent(inout) :: error
       integer :: m
-      call self%meet(communicator, level)
+      call self%meet(level)
       do m = 1, self%met
          associate (meeting => self%meetings(m), it => self%elements%list(self%meetings(m)%element), &
                     p => self%elements%particle(self%meetings(m)%element), &

@@ -129,12 +129,11 @@ contains
 
    !> Collective: add the contact forces of one step to the solved nodes. On entry `nodes` holds what they
    !> would do without contact; tools stand where they are at `time`, until `finish_step`.
-   subroutine apply(self, communicator, level, materials, neighbours, time, time_step, error)
+   subroutine apply(self, communicator, level, materials, time, time_step, error)
       class(contact_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
       type(materials_t), intent(in) :: materials
-      integer, intent(in) :: neighbours(:)    !< ranks with which this one shares nodes, rising
       real(wp), intent(in) :: time, time_step !< s
       type(error_t), intent(inout) :: error
       real(wp), allocatable :: forces(:)
@@ -144,11 +143,11 @@ contains
          call self%tools(t)%begin_step(time, time_step)
       end do
       call self%candidates%find(self%tools, level, materials, time_step, self%states%overlap)
-      if (self%pairs%active()) call self%pairs%find(communicator, level, time, time_step, self%candidates)
+      if (self%pairs%active()) call self%pairs%find(level, time, time_step, self%candidates)
       call self%make_room(communicator)
       if (.not. self%has_problem) self%candidates%deepest = 0.0_wp
       if (self%has_problem) then
-         call assemble(self%system, communicator, neighbours, self%tools, self%candidates, level, &
+         call assemble(self%system, communicator, self%tools, self%candidates, level, &
                        self%spec%compliance, time_step, self%candidates%deflected > 0)
          call self%solve(level, time_step, error)
          call check_nodes(self%candidates, self%tools, level, error)

@@ -1,21 +1,12 @@
 !> The nodes that the rows of a contact problem touch: their numbers, and which of them rows of other ranks
 !> touch too.
 module m_contact_nodes
-   use mpi_f08
    use m_kinds, only: wp, i8
+   use m_near_ranks, only: near_ranks_t
    use m_communicator, only: communicator_t
    implicit none
    private
    public :: contact_nodes_t, nodal_forces_t
-
-   !> Nodes that this rank's rows touch and that rows of another rank touch too.
-   type :: shared_nodes_t
-      integer :: rank = -1
-      integer, allocatable :: nodes(:)      !< local numbers, in the order of the grid
-      integer(i8), allocatable :: theirs(:) !< nodes in the grid that its rows touch, rising
-      real(wp), allocatable :: given(:, :), taken(:, :) !< (3, :), N
-      type(MPI_Request) :: sends, receives  !< of the two
-   end type shared_nodes_t
 
    !> Forces that the rows of one rank give to nodes.
    type :: nodal_forces_t
@@ -27,16 +18,18 @@ module m_contact_nodes
       integer :: count = 0
       integer :: extent(4) = 0                 !< nodes of the grid along each axis, from -1 on; fields
       integer(i8), allocatable :: grid_node(:) !< (count): number in the grid, from 1, x fastest; rising
-      type(communicator_t), private :: communicator
-      type(shared_nodes_t), allocatable, private :: shared(:)
+      type(near_ranks_t), private :: near
+      integer, private :: rank = 0                     !< this one
+      integer(i8), allocatable, private :: theirs(:)   !< nodes in the grid that rows of near ranks touch,
+                                                       !< rank by rank, rising
+      integer, allocatable, private :: their_count(:)  !< (near ranks): how many of them
+      integer, allocatable, private :: shared(:)       !< those that rows here touch too: local numbers
+      integer, allocatable, private :: shared_count(:) !< (near ranks)
    contains
       procedure :: number_all
       procedure :: place_of
       procedure :: field_of
       procedure :: connect
-      procedure :: expect
-      procedure :: send
-      procedure :: add_received
       procedure :: exchange
       procedure :: add_up
       procedure :: list_all
@@ -141,35 +134,31 @@ contains
       field_of = 1 + int((number - 1)/product(int(self%extent(:3), i8)))
    end function field_of
 
-   !> Learn which nodes the neighbour ranks' rows touch too. Collective among neighbours.
-   subroutine connect(self, communicator, neighbours)
+   !> Collective among near ranks: learn which nodes their rows touch too.
+   subroutine connect(self, communicator, near)
       class(contact_nodes_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
-      integer, intent(in) :: neighbours(:)
-      type(MPI_Request) :: requests(size(neighbours))
-      type(MPI_Status) :: status
-      type(MPI_Message) :: message
-      integer(i8), allocatable :: theirs(:)
-      integer :: count, n
-      self%communicator = communicator
-      if (allocated(self%shared)) deallocate (self%shared)
-      allocate (self%shared(size(neighbours)))
-      do n = 1, size(neighbours)
-         call MPI_Isend(self%grid_node, self%count, MPI_INTEGER8, neighbours(n), 3, communicator%comm, &
-                        requests(n))
-      end do
-      do n = 1, size(neighbours)
-         call MPI_Mprobe(neighbours(n), 3, communicator%comm, message, status)
-         call MPI_Get_count(status, MPI_INTEGER8, count)
-         allocate (theirs(count))
-         call MPI_Mrecv(theirs, count, MPI_INTEGER8, message, MPI_STATUS_IGNORE)
-         self%shared(n)%rank = neighbours(n)
-         self%shared(n)%nodes = common(self%grid_node, theirs)
-         count = size(self%shared(n)%nodes)
-         allocate (self%shared(n)%given(3, count), self%shared(n)%taken(3, count))
-         call move_alloc(theirs, self%shared(n)%theirs)
-      end do
-      call MPI_Waitall(size(neighbours), requests, MPI_STATUSES_IGNORE)
+      type(near_ranks_t), intent(in) :: near
+      integer, allocatable :: places(:)
+      integer :: first, r
+      self%rank = communicator%rank
+      self%near = near
+      associate (n => size(near%ranks))
+         if (allocated(self%theirs)) deallocate (self%theirs, self%their_count, self%shared_count)
+         allocate (self%their_count(n), self%shared_count(n))
+         call near%swap_counts([(self%count, r=1, n)], self%their_count)
+         allocate (self%theirs(sum(self%their_count)))
+         call near%swap_longs([(self%grid_node, r=1, n)], [(self%count, r=1, n)], self%theirs, &
+                              self%their_count)
+         self%shared = [integer ::]
+         first = 1
+         do r = 1, n
+            places = common(self%grid_node, self%theirs(first:first + self%their_count(r) - 1))
+            self%shared = [self%shared, places]
+            self%shared_count(r) = size(places)
+            first = first + self%their_count(r)
+         end do
+      end associate
    end subroutine connect
 
    !> Places in `ours` of the values that stand in `theirs` too; both rise.
@@ -192,118 +181,80 @@ contains
       places = found(:n)
    end function common
 
-   !> Receives for what other ranks will `send`, there before messages come.
-   subroutine expect(self)
-      class(contact_nodes_t), intent(inout) :: self
-      integer :: i
-      do i = 1, size(self%shared)
-         associate (it => self%shared(i))
-            if (size(it%nodes) > 0) &
-               call MPI_Irecv(it%taken, size(it%taken), MPI_DOUBLE_PRECISION, it%rank, 4, &
-                              self%communicator%comm, it%receives)
-         end associate
-      end do
-   end subroutine expect
-
-   !> Send the forces of this rank's rows on nodes that other ranks' rows touch too.
-   subroutine send(self, force)
-      class(contact_nodes_t), intent(inout) :: self
-      real(wp), intent(in), contiguous :: force(:, :) !< (4, nodes), N
-      integer :: i, n
-      do i = 1, size(self%shared)
-         associate (it => self%shared(i))
-            if (size(it%nodes) == 0) cycle
-            do n = 1, size(it%nodes)
-               it%given(1:3, n) = force(1:3, it%nodes(n))
-            end do
-            call MPI_Isend(it%given, size(it%given), MPI_DOUBLE_PRECISION, it%rank, 4, &
-                           self%communicator%comm, it%sends)
-         end associate
-      end do
-   end subroutine send
-
-   !> Add the forces that other ranks have sent.
-   subroutine add_received(self, force)
-      class(contact_nodes_t), intent(inout) :: self
-      real(wp), intent(inout), contiguous :: force(:, :) !< (4, nodes), N
-      integer :: i, n
-      do i = 1, size(self%shared)
-         associate (it => self%shared(i))
-            if (size(it%nodes) == 0) cycle
-            call MPI_Wait(it%receives, MPI_STATUS_IGNORE)
-            do n = 1, size(it%nodes)
-               force(1:3, it%nodes(n)) = force(1:3, it%nodes(n)) + it%taken(1:3, n)
-            end do
-            call MPI_Wait(it%sends, MPI_STATUS_IGNORE)
-         end associate
-      end do
-   end subroutine add_received
-
-   !> Collective among neighbours: the forces that the rows of each neighbour rank and of this one give to
-   !> nodes, by rising rank.
-   subroutine exchange(self, force, parts)
-      class(contact_nodes_t), intent(inout) :: self
-      real(wp), intent(in) :: force(:, :) !< (4, nodes) of this rank's rows, N
-      type(nodal_forces_t), allocatable, intent(out) :: parts(:)
-      type(MPI_Request) :: requests(2*size(self%shared))
-      integer :: own, r
-      own = 1 + count(self%shared%rank < self%communicator%rank)
-      allocate (parts(size(self%shared) + 1))
-      parts(own)%node = self%grid_node
-      parts(own)%force = force(:, :self%count)
-      do r = 1, size(self%shared)
-         associate (shared => self%shared(r), part => parts(merge(r, r + 1, r < own)))
-            part%node = shared%theirs
-            allocate (part%force(size(force, 1), size(part%node)))
-            call MPI_Irecv(part%force, size(part%force), MPI_DOUBLE_PRECISION, shared%rank, 5, &
-                           self%communicator%comm, requests(2*r - 1))
-            call MPI_Isend(parts(own)%force, size(parts(own)%force), MPI_DOUBLE_PRECISION, shared%rank, 5, &
-                           self%communicator%comm, requests(2*r))
-         end associate
-      end do
-      call MPI_Waitall(size(requests), requests, MPI_STATUSES_IGNORE)
-   end subroutine exchange
-
-   !> Collective among neighbours: to values of nodes by this rank's rows, add those by other ranks' rows.
+   !> Collective among near ranks: to values of nodes by this rank's rows, add those by other ranks' rows.
    subroutine add_up(self, values)
-      class(contact_nodes_t), intent(inout) :: self
+      class(contact_nodes_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: values(:, :) !< (3 or more, nodes)
-      call self%expect()
-      call self%send(values)
-      call self%add_received(values)
+      real(wp), dimension(3, size(self%shared)) :: given, taken
+      integer :: n
+      if (size(self%near%ranks) == 0) return
+      do n = 1, size(self%shared)
+         given(:, n) = values(1:3, self%shared(n))
+      end do
+      call self%near%swap_reals(given, 3*self%shared_count, taken, 3*self%shared_count)
+      do n = 1, size(self%shared)
+         values(1:3, self%shared(n)) = values(1:3, self%shared(n)) + taken(:, n)
+      end do
    end subroutine add_up
 
-   !> The nodes of this rank's rows, and of each neighbour rank's: what particles here give to them is then
-   !> given back.
+   !> Collective among near ranks: the forces that the rows of each of them and of this one give to nodes, by
+   !> rising rank.
+   subroutine exchange(self, force, parts)
+      class(contact_nodes_t), intent(in) :: self
+      real(wp), intent(in) :: force(:, :) !< (4, nodes) of this rank's rows, N
+      type(nodal_forces_t), allocatable, intent(out) :: parts(:)
+      real(wp) :: taken(size(force, 1), size(self%theirs))
+      integer :: first, last, own, r
+      associate (n => size(self%near%ranks), width => size(force, 1))
+         own = 1 + count(self%near%ranks < self%rank)
+         allocate (parts(n + 1))
+         parts(own)%node = self%grid_node
+         parts(own)%force = force(:, :self%count)
+         call self%near%swap_reals([(parts(own)%force, r=1, n)], [(width*self%count, r=1, n)], taken, &
+                             width*self%their_count)
+         last = 0
+         do r = 1, n
+            first = last + 1
+            last = last + self%their_count(r)
+            associate (part => parts(merge(r, r + 1, r < own)))
+               part%node = self%theirs(first:last)
+               part%force = taken(:, first:last)
+            end associate
+         end do
+      end associate
+   end subroutine exchange
+
+   !> The nodes of this rank's rows, and of each near rank's: what particles here give to them is then given
+   !> back.
    subroutine list_all(self, lists)
       class(contact_nodes_t), intent(in) :: self
       type(nodal_forces_t), allocatable, intent(out) :: lists(:)
-      integer :: r
-      allocate (lists(size(self%shared) + 1))
+      integer :: last, r
+      allocate (lists(size(self%near%ranks) + 1))
       lists(1)%node = self%grid_node
-      do r = 1, size(self%shared)
-         lists(r + 1)%node = self%shared(r)%theirs
+      last = 0
+      do r = 1, size(self%near%ranks)
+         lists(r + 1)%node = self%theirs(last + 1:last + self%their_count(r))
+         last = last + self%their_count(r)
       end do
    end subroutine list_all
 
-   !> Collective among neighbours: sums over ranks of what each has for the nodes of the others' rows.
+   !> Collective among near ranks: sums over ranks of what each has for the nodes of the others' rows.
    subroutine give_back(self, lists, total)
       class(contact_nodes_t), intent(in) :: self
       type(nodal_forces_t), intent(in) :: lists(:) !< as of list_all, with values, three a node
       real(wp), intent(out) :: total(:, :)         !< (3, nodes)
-      real(wp), allocatable :: taken(:, :, :)
-      type(MPI_Request) :: requests(2*size(self%shared))
-      integer :: r
-      allocate (taken(3, self%count, size(self%shared)))
-      do r = 1, size(self%shared)
-         call MPI_Irecv(taken(:, :, r), 3*self%count, MPI_DOUBLE_PRECISION, self%shared(r)%rank, 6, &
-                        self%communicator%comm, requests(2*r - 1))
-         call MPI_Isend(lists(r + 1)%force, size(lists(r + 1)%force), MPI_DOUBLE_PRECISION, &
-                        self%shared(r)%rank, 6, self%communicator%comm, requests(2*r))
+      real(wp) :: given(3, size(self%theirs)), taken(3, self%count, size(self%near%ranks))
+      integer :: last, r
+      last = 0
+      do r = 1, size(self%near%ranks)
+         given(:, last + 1:last + self%their_count(r)) = lists(r + 1)%force
+         last = last + self%their_count(r)
       end do
-      call MPI_Waitall(size(requests), requests, MPI_STATUSES_IGNORE)
+      call self%near%swap_reals(given, 3*self%their_count, taken, &
+                                [(3*self%count, r=1, size(self%near%ranks))])
       total = lists(1)%force
-      do r = 1, size(self%shared)
+      do r = 1, size(self%near%ranks)
          total = total + taken(:, :, r)
       end do
    end subroutine give_back

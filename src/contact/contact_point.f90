@@ -4,7 +4,7 @@ module m_contact_point
    use m_kinds, only: wp
    use m_constants, only: block_size
    use m_node_values, only: v_x, v_z
-   use m_scene, only: boundary_symmetry
+   use m_side_kinds, only: boundary_symmetry
    use m_level, only: level_t
    use m_tool, only: tool_t
    use m_grid_level, only: grid_level_t

@@ -32,11 +32,9 @@ contains
 
    !> Collective among neighbours: the operator of a step's candidates: a row for each normal force, then two
    !> for each friction.
-   subroutine assemble(system, communicator, neighbours, tools, candidates, level, softness, time_step, &
-                       subcell)
+   subroutine assemble(system, communicator, tools, candidates, level, softness, time_step, subcell)
       type(contact_system_t), intent(inout) :: system
       type(communicator_t), intent(in) :: communicator
-      integer, intent(in) :: neighbours(:)             !< ranks with which this one shares nodes, rising
       type(tool_t), intent(in) :: tools(:)
       type(candidates_t), intent(in) :: candidates
       type(level_t), intent(in) :: level
@@ -77,7 +75,7 @@ contains
             end associate
          end do
       end associate
-      call system%nodes%connect(communicator, neighbours)
+      call system%nodes%connect(communicator, level%near)
       system%has_subcell = subcell
       below = 0.0_wp
       if (subcell) call set_subcell(system, level, candidates%list(:candidates%count), time_step, &

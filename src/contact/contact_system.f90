@@ -235,7 +235,6 @@ contains
       integer :: n
       n = self%last - self%first + 1
       self%products = self%products + 1
-      call self%nodes%expect()
       call self%spread(from(:n))
       call self%share()
       call self%set_in_motion()
@@ -264,7 +263,6 @@ contains
          return
       end if
       self%products = self%products + 1
-      call self%nodes%expect()
       self%force(:, :self%nodes%count) = 0.0_wp
       call self%free_rows%spread(from, self%force)
       if (self%gives_way) call self%push_tools(from(:self%normal))
@@ -288,7 +286,6 @@ contains
       real(wp), intent(in), contiguous :: from(:)
       real(wp), intent(out), contiguous :: to(:)
       self%products = self%products + 1
-      call self%nodes%expect()
       call self%activate(pushed(1), pushed(2))
       call self%spread(from)
       call self%share()
@@ -343,11 +340,10 @@ contains
    !> tools that give way.
    subroutine share(self)
       class(contact_system_t), intent(inout) :: self
-      call self%nodes%send(self%force)
       if (self%gives_way) &
          call MPI_Allreduce(MPI_IN_PLACE, self%freedom_push, size(self%freedom_push), MPI_DOUBLE_PRECISION, &
                             MPI_SUM, self%communicator%comm)
-      call self%nodes%add_received(self%force)
+      call self%nodes%add_up(self%force)
    end subroutine share
 
    !> Forces on nodes and tools become the velocities that they make in a step.

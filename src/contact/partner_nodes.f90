@@ -2,7 +2,6 @@
 module m_partner_nodes
    use m_kinds, only: wp
    use m_node_values, only: mass_, v_x, v_z
-   use m_communicator, only: communicator_t
    use m_level, only: level_t
    use m_partner_exchange, only: partner_exchange_t, numbers_each
    implicit none
@@ -46,13 +45,12 @@ contains
    end subroutine want
 
    !> Collective among near ranks: the values of all nodes.
-   subroutine fetch(self, communicator, level)
+   subroutine fetch(self, level)
       class(wanted_nodes_t), intent(inout) :: self
-      type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: level
       if (allocated(self%values)) deallocate (self%values)
       allocate (self%values(values_each, self%count))
-      call self%exchange%build(communicator, level, self%node(:, :self%count))
+      call self%exchange%build(level, self%node(:, :self%count))
       call self%exchange%read(level%nodes, [mass_, v_x, v_x + 1, v_z], self%values)
    end subroutine fetch
 

@@ -1,15 +1,13 @@
 !> Surface elements of bodies that may meet others: those of this rank's particles and those that near ranks
 !> send, sorted into bins (theory.md, eqs surface-element, element-force).
 module m_surface_elements
-   use mpi_f08
    use m_kinds, only: wp, i8
    use m_constants, only: block_size
-   use m_communicator, only: communicator_t
    use m_block, only: block_t, directions
    use m_field_table, only: field_table_t
    use m_level, only: level_t
    use m_grid_level, only: grid_level_t
-   use m_scene, only: boundary_symmetry
+   use m_side_kinds, only: side_kinds
    use m_half_edges, only: fitted_edges
    use m_face_gap, only: deform
    use m_face_weights, only: find_face, cube_span, flattening
@@ -33,7 +31,6 @@ module m_surface_elements
    end type element_t
 
    integer, parameter :: element_reals = storage_size(element_t())/storage_size(1.0_wp)
-   integer, parameter :: tag = 6
    real(wp), parameter :: flat_enough = 0.003_wp !< of a force that a flattened particle may have beyond its
                                                  !< face: where strains are small, a cell's nodes are enough
 
@@ -226,36 +223,27 @@ contains
    end subroutine make_room
 
    !> Collective among near ranks: each gets the elements that are within `reach` of the places of its blocks.
-   subroutine exchange(self, communicator, level, reach)
+   subroutine exchange(self, level, reach)
       class(surface_elements_t), intent(inout) :: self
-      type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: level
       real(wp), intent(in) :: reach !< m, less than a block
-      type :: parcel_t
-         type(element_t), allocatable :: list(:)
-      end type parcel_t
-      type(parcel_t) :: parcels(size(level%near_ranks))
-      type(MPI_Request) :: requests(size(level%near_ranks))
-      type(MPI_Message) :: message
-      type(MPI_Status) :: status
-      integer :: came, r
-      associate (ranks => level%near_ranks)
-         do r = 1, size(ranks)
-            parcels(r)%list = pack(self%list(:self%own), is_near(ranks(r)))
-            call MPI_Isend(parcels(r)%list, element_reals*size(parcels(r)%list), MPI_DOUBLE_PRECISION, &
-                           ranks(r), tag, communicator%comm, requests(r))
-         end do
-         do r = 1, size(ranks)
-            call MPI_Mprobe(ranks(r), tag, communicator%comm, message, status)
-            call MPI_Get_count(status, MPI_DOUBLE_PRECISION, came)
-            came = came/element_reals
-            call make_room(self, self%count + came)
-            call MPI_Mrecv(self%list(self%count + 1:self%count + came), element_reals*came, &
-                           MPI_DOUBLE_PRECISION, message, MPI_STATUS_IGNORE)
-            self%count = self%count + came
-         end do
-         call MPI_Waitall(size(ranks), requests, MPI_STATUSES_IGNORE)
-      end associate
+      integer, dimension(size(level%near%ranks)) :: given, taken
+      type(element_t), allocatable :: sent(:)
+      real(wp), allocatable :: numbers(:)
+      integer :: r
+      allocate (sent(0))
+      do r = 1, size(given)
+         associate (some => pack(self%list(:self%own), is_near(level%near%ranks(r))))
+            sent = [sent, some]
+            given(r) = size(some)
+         end associate
+      end do
+      call level%near%swap_counts(given, taken)
+      call make_room(self, self%count + sum(taken))
+      allocate (numbers(element_reals*sum(taken)))
+      call level%near%swap_reals(transfer(sent, numbers), element_reals*given, numbers, element_reals*taken)
+      self%list(self%count + 1:self%count + sum(taken)) = transfer(numbers, self%list, sum(taken))
+      self%count = self%count + sum(taken)
       if (self%count > self%own) &
          self%longest = max(self%longest, maxval(self%list(self%own + 1:self%count)%edge))
    contains
@@ -301,7 +289,7 @@ contains
       integer :: axis, e, side
       do axis = 1, 3, merge(2, 1, grid%section%is_flat()) ! nothing lies beside a section
          do side = 1, 2
-            if (grid%boundary(side, axis) /= boundary_symmetry) cycle
+            if (.not. side_kinds(grid%boundary(side, axis))%mirrors) cycle
             plane = merge(grid%lower(axis), grid%upper(axis), side == 1)
             do e = 1, self%count
                if (abs(self%list(e)%face(axis) - plane) > reach) cycle

@@ -76,15 +76,15 @@ contains
       if (self%crystal%lattice < 1) return
       if (.not. self%mass > 0.0_wp) self%mass = self%crystal%potential%mass
       if (.not. self%mass > 0.0_wp) &
-         call group%refuse('mass', 'is missing: the potential does not say it; allowed: a number above '// &
+         call group%refuse('mass', 'missing: the potential does not give it; allowed: a number above '// &
                            '0, in kg')
       near = self%constant
       if (.not. near > 0.0_wp) near = self%crystal%potential%nominal
       found = near > 0.0_wp
       if (found) call self%crystal%find_rest(near, found)
-      if (.not. found) call group%refuse('constant', 'has no stable lattice at rest within 15 % of '// &
+      if (.not. found) call group%refuse('constant', 'has no stable stress-free lattice within 15 % of '// &
                                          si(near, 'm')//'; allowed: a constant near one at which '// &
-                                         trim(lattices(self%crystal%lattice))//' bears no stress')
+                                         trim(lattices(self%crystal%lattice))//' is free of stress')
       if (.not. found) return
       if (.not. self%tool_stiffness > 0.0_wp) self%tool_stiffness = usual_stiffness*self%crystal%c11
       if (self%tool_distance < 0.0_wp) self%tool_distance = self%crystal%surface_depth()

@@ -121,11 +121,11 @@ contains
       type(error_t), intent(inout) :: error
       if (.not. any(self%stuff%failure%acts)) &
          call fail(error, exit_input, self%group_text()// &
-                   ': no body is of a law that can fail; allowed: elastic, '// &
+                   ': no body has a law that supports failure; allowed: elastic, '// &
                    'j2, johnson_cook, norton, drucker_prager, mie_grueneisen')
       if (self%has_strain_to_failure() .and. self%plastic == 0) &
          call fail(error, exit_input, self%group_text()// &
-                   ' constants: no body flows; allowed: with a law of plastic flow')
+                   ' constants: no body has a law of plastic flow; allowed: with one that has')
    end subroutine verify
 
    !> Damage grows by the stress that the law has just made; what has failed loses its part of it.

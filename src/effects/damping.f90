@@ -72,7 +72,8 @@ contains
       type(error_t), intent(inout) :: error
       if (self%kind == kind_local .and. tools > 0 .and. self%coefficient > 0.0_wp) &
          call fail(error, exit_input, self%group_text()// &
-                   ' kind=''local'': not with a &tool, whose load it would falsify; allowed: viscous')
+                   ' kind=''local'': not supported with a &tool, whose load it would change; allowed: '// &
+                      'viscous')
    end subroutine verify
 
    !> A step that takes so much of the velocity is stable.

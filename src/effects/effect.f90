@@ -27,7 +27,7 @@ module m_effect
       logical :: on_cells = .false.
       logical :: on_gradient = .false.
       logical :: on_stress = .false.
-      logical :: acts_at_rest = .false. !< changes material that does not move and bears no stress: nothing
+      logical :: acts_at_rest = .false. !< changes material that does not move and is free of stress: nothing
                                         !< may be left out
       logical :: erodes = .false.     !< particles with damage 1 (layout_t) are taken out of the model
       logical :: dissipates = .false. !< what it does to nodes counts as damped energy, not as external work

@@ -234,10 +234,10 @@ contains
       else if (size(numbers) < 3*enough .or. small < min_small*(small + large) .or. small == 0) then
          return
       else if (large == 0) then
-         why = 'no angle is above 6.28 in size, as if they were in radians, or Rodrigues'' vectors'
+         why = 'no angle is above 6.28 in size, which suggests radians or Rodrigues vectors'
       else
          why = 'of '//to_text(small + large)//' angles that are not 0 only '//to_text(large)// &
-               ' are above 6.28 in size, as if they were Rodrigues'' vectors'
+               ' are above 6.28 in size, which suggests Rodrigues vectors'
       end if
    end subroutine doubt_degrees
 
@@ -387,8 +387,8 @@ contains
       integer, intent(in) :: tools
       type(error_t), intent(inout) :: error
       if (levels(1)%layout%orientation == 0) &
-         call fail(error, exit_input, self%group_text()//': no material has axes that grains could turn; '// &
-                   'allowed: with model=''crystal'', ''cubic'' or ''orthotropic''')
+         call fail(error, exit_input, self%group_text()//': no material is anisotropic, so orientations '// &
+            'have no effect; allowed: with model=''crystal'', ''cubic'' or ''orthotropic''')
    end subroutine verify
 
 end module m_grains

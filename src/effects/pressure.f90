@@ -94,9 +94,11 @@ contains
          call group%get('follows', self%follows)
       end if
       if (self%follows .and. .not. any(abs(self%traction) > 0.0_wp)) &
-         call group%refuse('follows', 'only with traction; a pressure always follows the surface')
+         call group%refuse('follows', 'only with traction; a pressure always acts along the normal of '// &
+            'the surface')
       if (self%follows .and. self%is_box()) &
-         call group%refuse('follows', 'only on a patch, whose normal is known; in a box a traction stays')
+         call group%refuse('follows', 'only on a patch, whose normal is known; in a box a traction keeps '// &
+            'its direction')
       if (.not. (allocated(self%times) .and. allocated(self%values))) return
       if (any(self%times(2:) <= self%times(:size(self%times) - 1))) &
          call group%refuse('times', 'must rise strictly')

@@ -82,7 +82,7 @@ contains
          marks(l)%budget = model%level_specs(part)%max_cells
          if (.not. any(marks(l)%touched .and. .not. marks(l)%may)) cycle
          call fail(error, exit_numerical, 'time '//to_text(model%time)// &
-                   ' s: what is touched comes too near to the edge of level '//to_text(l - 1)// &
+                   ' s: the contact is too near to the edge of level '//to_text(l - 1)// &
                    ', which level '//to_text(l)//' refines; try a larger one')
          return
       end do

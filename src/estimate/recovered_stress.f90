@@ -2,7 +2,7 @@
 module m_recovered_stress
    use m_kinds, only: wp
    use m_constants, only: block_size
-   use m_scene, only: boundary_symmetry, boundary_roller
+   use m_side_kinds, only: boundary_roller, side_kinds
    use m_gravity, only: gravity_t
    use m_grid_level, only: grid_level_t
    use m_model, only: model_t
@@ -133,7 +133,7 @@ contains
          type is (gravity_t)
             do axis = 1, 3
                if (.not. abs(effect%field(axis)) > 0.0_wp) cycle
-               where (grid%boundary(:, axis) == boundary_symmetry) grid%boundary(:, axis) = boundary_roller
+               where (side_kinds(grid%boundary(:, axis))%mirrors) grid%boundary(:, axis) = boundary_roller
             end do
          end select
       end do
@@ -151,7 +151,7 @@ contains
          sides = -1
          do axis = 1, 3
             do side = 1, 2
-               if (mirrors%boundary(side, axis) /= boundary_symmetry) &
+               if (.not. side_kinds(mirrors%boundary(side, axis))%mirrors) &
                   sides(side, axis) = mirrors%plane(block%place, side, axis)
             end do
          end do

@@ -177,14 +177,14 @@ contains
       call model%timers%enter(phase_contact)
       if (l == size(model%levels)) then
          call model%contact%apply(model%communicator, model%levels(l), model%materials, &
-                                  model%levels(l)%near_ranks, clock%time, clock%step, error)
+                                  clock%time, clock%step, error)
          if (.not. allocated(model%atoms)) return
          call model%atoms%push_tools(model%contact%reactions, clock%step)
          call model%atoms%follow_contact(model%communicator, model%levels(l), model%contact%has_problem)
       else
          call forbid_contact(model%contact%tools, model%levels(l), model%levels(size(model%levels)), error)
          if (model%contact%pairs%active()) &
-            call model%contact%pairs%forbid(model%communicator, model%levels(l), &
+            call model%contact%pairs%forbid(model%levels(l), &
                                             model%levels(size(model%levels)), error)
       end if
    end subroutine apply_contact
@@ -212,7 +212,7 @@ contains
       call model%timers%enter(phase_contact)
       if (first) &
          call find_pressed(model%contact, model%communicator, model%levels(l), model%materials, &
-                           model%levels(l)%near_ranks, clock%time, clock%step)
+                           clock%time, clock%step)
       call keep_pressed_speeds(model%contact, model%levels(l), clock%step)
    end subroutine meet_tools
 

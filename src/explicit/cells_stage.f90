@@ -4,7 +4,7 @@ module m_cells_stage
    use m_kinds, only: wp
    use m_errors, only: error_t
    use m_timers
-   use m_scene, only: domain_fixed
+   use m_domain_kinds, only: domain_kinds
    use m_field_table, only: layout_t, shares_t
    use m_block, only: block_t
    use m_level, only: level_t
@@ -43,7 +43,7 @@ contains
             call level%keep_order(b)
             return
          end if
-         if (model%method%domain /= domain_fixed) call split(model, l, b, error)
+         if (domain_kinds(model%method%domain)%deforms) call split(model, l, b, error)
          call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), &
                                frame_of(level, block), block%cells%bin, block%emigrants, &
                                block%emigrant_count, moved, block%lowest, block%highest)

@@ -113,7 +113,7 @@ contains
             if (specs(part)%follow == 0 .or. all(high - low >= 2*smallest_width .or. [.false., &
                 model%levels(l)%grid%section%is_flat(), .false.])) cycle
             call fail(error, exit_numerical, 'time '//to_text(model%time)//' s: level '//to_text(l)// &
-                      ' has followed its tool or body until its box has less than '// &
+                      ' has moved with its tool or body until its box has less than '// &
                       to_text(smallest_width)// &
                       ' cells of the next coarser level in a direction; try a larger box or grid')
             return
@@ -123,7 +123,7 @@ contains
       if (l == 2 .or. region%same_as(model%levels(l)%region)) return
       if (all(first_too_near(model%levels(l - 1)%region, region) < 0)) return
       call fail(error, exit_numerical, 'time '//to_text(model%time)//' s: level '//to_text(l)// &
-                ' has followed its tool or body to less than '//to_text(smallest_gap)// &
+                ' has moved with its tool or body to less than '//to_text(smallest_gap)// &
                 ' cells from the edge of level '//to_text(l - 1)//'; try a larger level there')
    end subroutine place_region
 

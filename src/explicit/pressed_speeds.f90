@@ -20,12 +20,11 @@ contains
 
    !> Collective, at the beginning of a step: the points that tools press since the last one, and the
    !> velocities of the tools there.
-   subroutine find_pressed(contact, communicator, level, materials, neighbours, time, time_step)
+   subroutine find_pressed(contact, communicator, level, materials, time, time_step)
       type(contact_t), intent(inout) :: contact
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
       type(materials_t), intent(in) :: materials
-      integer, intent(in) :: neighbours(:)    !< ranks with which this one shares nodes, rising
       real(wp), intent(in) :: time, time_step !< s
       real(wp) :: overlap(size(contact%tools))
       integer :: c, t
@@ -45,7 +44,7 @@ contains
                   contact%pairs%specs, it%force)
          end associate
       end do
-      call assemble(contact%system, communicator, neighbours, contact%tools, contact%candidates, level, &
+      call assemble(contact%system, communicator, contact%tools, contact%candidates, level, &
                     contact%spec%compliance, time_step, subcell=.false.)
    end subroutine find_pressed
 

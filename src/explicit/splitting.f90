@@ -34,7 +34,7 @@ contains
                          worn_out, parent)
          if (worn_out > 0) call fail(error, exit_numerical, particle_text(model, l, b, worn_out)// &
                                      ' has been split '//to_text(level%layout%max_generations())// &
-            ' times and its domain is too long again: the motion is without bound; try a smaller safety', &
+            ' times and its domain is still too long: the motion is unstable; try a smaller safety', &
             recoverable=.true.)
          if (splits == 0) return
          shares = level%table%shares()

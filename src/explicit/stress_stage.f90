@@ -5,12 +5,13 @@ module m_stress_stage
    use m_constants, only: exit_numerical
    use m_errors, only: error_t, fail
    use m_timers
-   use m_scene, only: domain_fixed
+   use m_domain_kinds, only: domain_kinds
+   use m_half_edges, only: thinnest
    use m_field_table, only: layout_t
    use m_particle_store, only: particle_store_t
    use m_model, only: model_t
    use m_complaints, only: particle_text, report_inversion, report_undefined
-   use m_deform, only: advance_volume, advance_half_sizes, advance_half_edges, finite_stress
+   use m_deform, only: advance_volume, advance_domain, advance_half_edges, finite_stress
    implicit none
    private
    public :: stress_block, update_stress
@@ -62,7 +63,7 @@ contains
          if (level%layout%motion > 0) &
             call advance_half_edges(particles%count, level%gradient, time_step, .false., &
                                     particles%column(:, level%layout%motion:level%layout%motion + 8))
-         if (model%method%domain /= domain_fixed) call advance_domains(model, l, b, time_step, error)
+         if (domain_kinds(model%method%domain)%deforms) call advance_domains(model, l, b, time_step, error)
       end associate
       if (size(model%effect_step(l)%on_stress) > 0) &
          call model%effect_step(l)%change_stress(model%effects, model%levels(l), b, time_step, model%timers)
@@ -91,28 +92,12 @@ contains
       real(wp) :: smallest
       associate (level => model%levels(l), particles => model%levels(l)%blocks(b)%particles, &
                  at => model%levels(l)%layout)
-         if (at%domain > 0) then
-            call advance_half_edges(particles%count, level%gradient, time_step, at%section%is_flat(), &
-                                    particles%column(:, at%domain:at%domain + 8))
-         else
-            call advance_half_sizes(particles%count, level%gradient, time_step, at%section%is_flat(), &
-                                    particles%column(:, at%half_size:at%half_size + 2), smallest)
-            if (.not. smallest > 0.0_wp) call fail(error, exit_numerical, &
-                                                   particle_text(model, l, b, thinnest(particles, at))// &
-               's domain has a non-positive size; try a smaller safety', recoverable=.true.)
-         end if
+         call advance_domain(particles%count, level%gradient, time_step, at, particles%column, smallest)
+         if (.not. smallest > 0.0_wp) call fail(error, exit_numerical, &
+                                                particle_text(model, l, b, thinnest(particles, at))// &
+            's domain has a non-positive size; try a smaller safety', recoverable=.true.)
       end associate
    end subroutine advance_domains
-
-   !> The particle with the smallest half size.
-   pure integer function thinnest(particles, at)
-      type(particle_store_t), intent(in) :: particles
-      type(layout_t), intent(in) :: at
-      associate (n => particles%count)
-         thinnest = minloc(minval(particles%column(:n, at%half_size:at%half_size + 2), dim=2), dim=1)
-         thinnest = max(thinnest, 1)
-      end associate
-   end function thinnest
 
    !> The velocity gradients of one block, which waited for the sums over cells, into the work array again.
    subroutine take_back(model, l, b)

@@ -100,7 +100,7 @@ contains
             fault = 'holds grains '//to_text(minval(list%voxels))//' to '//to_text(maxval(list%voxels))// &
                     '; allowed: 0, and 1 to the number of its orientations, '//to_text(grains)
          else if (maxval(list%voxels) == 0) then
-            fault = 'holds voxels without a grain alone'
+            fault = 'holds only voxels without a grain'
          end if
       end if
    end subroutine check

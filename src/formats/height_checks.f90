@@ -56,7 +56,7 @@ contains
             off = max(lowest - value, value - highest)
             if (.not. off > highest - lowest) cycle
             fault = 'holds '//to_text(value)//' at place '//to_text(at(1))//' of row '//to_text(at(2))// &
-                    ' ('//to_text(count(odd))//' in all), which stands for no value; the others are '// &
+                    ' ('//to_text(count(odd))//' in all), which marks a missing value; the others are '// &
                     to_text(lowest, 4)//' to '//to_text(highest, 4)//'. Fill it by its neighbours'
          end associate
          return
@@ -80,7 +80,7 @@ contains
          off = max(lowest - height(at(1), at(2)), height(at(1), at(2)) - highest)
          if (.not. (highest > lowest .and. off > far_off*(highest - lowest))) cycle
          fault = 'holds '//to_text(height(at(1), at(2)), 4)//' at place '//to_text(at(1))//' of row '// &
-                 to_text(at(2))//', far from all others, which are '//to_text(lowest, 4)//' to '// &
+                 to_text(at(2))//', an outlier: the others are '//to_text(lowest, 4)//' to '// &
                  to_text(highest, 4)//'. Fill it by its neighbours'
          return
       end do

@@ -44,7 +44,7 @@ contains
          fault = 'is a text in UTF-16; allowed: saved as UTF-8 or ASCII'
       else if (index(bytes, 'II*'//achar(0)) == 1 .or. index(bytes, 'MM'//achar(0)//'*') == 1 &
                .or. index(bytes, char(137)//'PNG') == 1) then
-         fault = 'is a picture; allowed: heights, STL or OBJ. Export the heights as text'
+         fault = 'is an image; allowed: heights, STL or OBJ. Export the heights as text'
       end if
    end function foreign_map
 
@@ -146,8 +146,8 @@ contains
       if (fault /= '' .or. .not. any(blank)) return
       at = findloc(blank, .true.)
       fault = 'holds '//to_text(height(at(1), at(2)))//' at place '//to_text(at(1))//' of row '// &
-              to_text(at(2))//' ('//to_text(count(blank))//' in all), which stands for no value. Fill it '// &
-              'by its neighbours'
+              to_text(at(2))//' ('//to_text(count(blank))//' in all), which marks a missing value. Fill '// &
+                 'it by its neighbours'
    end subroutine refuse_blanks
 
 end module m_height_grids

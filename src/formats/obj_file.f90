@@ -75,7 +75,7 @@ contains
          if (good) good = number(corners) >= 1 .and. number(corners) <= found%corners
          if (good) cycle
          fault = 'line '//to_text(lines%line)//': '''//bytes(at:min(to, at + 19))// &
-                 ''' is no number of a corner above'
+                 ''' is not the number of a vertex above'
          if (corners > max_words) fault = 'line '//to_text(lines%line)//': a face has more than '// &
                                            to_text(max_words)//' corners'
          return
@@ -83,7 +83,7 @@ contains
       if (corners < 3) return ! a line or a point has no surface
       call cut_ears(found%place(:, number(:corners)), triangle(:, :corners - 2), good)
       if (.not. good) then
-         fault = 'line '//to_text(lines%line)//': the face crosses itself'
+         fault = 'line '//to_text(lines%line)//': the face intersects itself'
          return
       end if
       do k = 1, corners - 2

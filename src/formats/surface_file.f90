@@ -44,7 +44,7 @@ contains
       else if (may_be_stl(bytes)) then
          call read_binary_stl(bytes, found, fault)
       else
-         fault = 'is no STL (binary or text), no OBJ file, and no map of heights'
+         fault = 'is neither STL (binary or text), nor OBJ, nor a height map; convert it to one of these'
       end if
       if (fault == '' .and. found%triangles == 0) fault = 'has no triangles'
       place = found%place(:, :found%corners)

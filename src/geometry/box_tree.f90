@@ -39,7 +39,6 @@ module m_box_tree
       procedure :: build
       procedure :: nearest
       procedure :: look_at
-      procedure :: bytes
    end type box_tree_t
 
 contains
@@ -326,11 +325,5 @@ contains
       if (.not. squared < foot%squared) return
       foot = foot_t(squared, way, t, feature)
    end subroutine look_at
-
-   !> Memory, bytes.
-   pure integer function bytes(self)
-      class(box_tree_t), intent(in) :: self
-      bytes = (6*8 + 4)*lanes*size(self%nodes) + 4*size(self%number) + 8*size(self%shape)
-   end function bytes
 
 end module m_box_tree

@@ -36,7 +36,6 @@ module m_closed_surface
       procedure :: distance_within
       procedure :: min_distance
       procedure :: max_distance
-      procedure :: megabytes
       procedure, private :: bound
       procedure, private :: cell_of
       procedure, private :: judge
@@ -209,14 +208,5 @@ contains
       real(wp) :: least
       call self%bound(place, least, max_distance)
    end function max_distance
-
-   !> Memory.
-   pure real(wp) function megabytes(self)
-      class(closed_surface_t), intent(in) :: self
-      integer :: t
-      t = self%triangles%count()
-      megabytes = 1.0e-6_wp*(real(self%tree%bytes(), wp) + 24.0_wp*size(self%cell) + 108.0_wp*t &
-                             + 48.0_wp*size(self%triangles%corner, 2))
-   end function megabytes
 
 end module m_closed_surface

@@ -112,9 +112,9 @@ contains
          call agree_on(map, self%spacing, self%scale, self%scale_is_given, self%first_row, fault)
          if (fault == '') call close_up_heights(map%height, self%spacing, self%scale, place, of, fault)
       else if (fault == '' .and. any(self%spacing > 0.0_wp)) then
-         fault = 'holds triangles; spacing is for heights'
+         fault = 'holds triangles, for which spacing is not used; leave it out'
       else if (fault == '' .and. self%first_row > 0) then
-         fault = 'holds triangles; first_row is for heights'
+         fault = 'holds triangles, for which first_row is not used; leave it out'
       end if
       if (fault /= '') return
       deallocate (bytes)

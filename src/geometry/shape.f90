@@ -226,7 +226,7 @@ contains
       class(shape_t), intent(inout) :: self
       type(section_t), intent(in) :: section
       character(len=:), allocatable, intent(out) :: why
-      why = 'goes on along y'
+      why = 'extends along y without end'
       if (section%is_round()) why = 'is a body of revolution about x = y = 0'
       why = 'is no shape that '//why//'; allowed in 3D'
    end subroutine take_section
@@ -240,7 +240,7 @@ contains
       character(len=:), allocatable :: why
       why = ''
       if (.not. section%is_round()) then
-         why = 'does not go on along y; allowed in 3D or axisymmetric'
+         why = 'does not extend along y; allowed in 3D or axisymmetric'
       else if (any(abs(place(1:2)) > 0.0_wp)) then
          why = 'must have its centre at x = y = 0, the axis'
       else if (present(axis)) then
@@ -257,7 +257,7 @@ contains
       if (section%is_round()) then
          why = 'is no body of revolution about x = y = 0; allowed in 3D or plane_strain'
       else if (.not. runs_along(direction, 2)) then
-         why = 'must go on along y, across the section'
+         why = 'must extend along y, across the section'
       end if
    end function why_not_along
 

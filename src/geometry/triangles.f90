@@ -140,9 +140,9 @@ contains
             b = self%of(corner_after(k), t)
             key = found(a, b)
             if (slot(key) > 0) then
-               fault = 'is no closed surface: the edge from '//shown(a)//' to '//shown(b)// &
+               fault = 'is not a closed surface: the edge from '//shown(a)//' to '//shown(b)// &
                        ' has two triangles on one side, numbers '//to_text((slot(key) - 1)/3 + 1)//' and '// &
-                       to_text(t)//'; all must be counter-clockwise from outside'
+                       to_text(t)//'; orient all counter-clockwise seen from outside'
                return
             end if
             slot(key) = 3*(t - 1) + k
@@ -164,7 +164,8 @@ contains
       call self%find_normals(beside, fault)
       if (fault /= '') return
       if (.not. self%volume() > 0.0_wp) &
-         fault = 'is inside out: its volume is negative; triangles must be counter-clockwise from outside'
+         fault = 'is inside out: its volume is negative; reverse the triangles (counter-clockwise seen '// &
+            'from outside)'
    contains
       !> Where the half edge from corner a to corner b is in the table, or would be.
       pure integer(i8) function found(a, b) result(key)
@@ -203,7 +204,7 @@ contains
          side = side/longest
          normal = cross(side(:, 1), side(:, 2))
          if (.not. norm2(normal) > flat) then
-            fault = 'has a triangle without area, number '//to_text(t)//', at '// &
+            fault = 'has a degenerate triangle, number '//to_text(t)//', at '// &
                     reals_text(self%corner(:, self%of(1, t)), 6)//': its corners lie on one line'
             return
          end if

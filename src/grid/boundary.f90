@@ -8,7 +8,7 @@
 module m_boundary
    use m_kinds, only: wp
    use m_constants, only: block_size
-   use m_scene, only: boundary_symmetry, boundary_roller, boundary_fixed
+   use m_side_kinds, only: side_kinds
    use m_grid_level, only: grid_level_t
    implicit none
    private
@@ -36,7 +36,7 @@ contains
       integer :: axis, side, plane, out(3), in(3), u, v
       do axis = 1, 3
          do side = 1, 2
-            if (grid%boundary(side, axis) /= boundary_symmetry) cycle
+            if (.not. side_kinds(grid%boundary(side, axis))%mirrors) cycle
             plane = grid%plane(place, side, axis)
             if (plane < 1 .or. plane > last - 1) cycle
             do v = first_v(grid, axis), last_v(grid, axis)
@@ -71,7 +71,7 @@ contains
                   call hold(grid%boundary(side, axis), axis, tile(:, on(1), on(2), on(3)))
                   if (.not. has_outside) cycle
                   out = row_node(axis, plane + outward(side), u, v)
-                  if (grid%boundary(side, axis) /= boundary_symmetry) then
+                  if (.not. side_kinds(grid%boundary(side, axis))%mirrors) then
                      call hold(grid%boundary(side, axis), axis, tile(:, out(1), out(2), out(3)))
                   else if (plane > 0 .and. plane < last) then
                      in = row_node(axis, plane - outward(side), u, v)
@@ -106,7 +106,7 @@ contains
       integer :: axis, side, plane, on(3), out(3), in(3), u, v
       do axis = 1, 3
          do side = 1, 2
-            if (grid%boundary(side, axis) /= boundary_symmetry) cycle
+            if (.not. side_kinds(grid%boundary(side, axis))%mirrors) cycle
             plane = grid%plane(place, side, axis)
             if (plane < 0) cycle
             do v = first_v(grid, axis), last_v(grid, axis)
@@ -170,7 +170,7 @@ contains
    pure subroutine hold(boundary, axis, values)
       integer, intent(in) :: boundary, axis
       real(wp), intent(inout) :: values(:)
-      if (boundary == boundary_fixed) then
+      if (side_kinds(boundary)%holds_all) then
          values(first_vector:first_vector + 2) = 0.0_wp
          values(second_vector:second_vector + 2) = 0.0_wp
       else
@@ -187,8 +187,8 @@ contains
       integer :: cells
       cells = grid%cells(axis)
       inside = node
-      if (node < 0 .and. grid%boundary(1, axis) == boundary_symmetry) inside = -node
-      if (node > cells .and. grid%boundary(2, axis) == boundary_symmetry) inside = 2*cells - node
+      if (node < 0 .and. side_kinds(grid%boundary(1, axis))%mirrors) inside = -node
+      if (node > cells .and. side_kinds(grid%boundary(2, axis))%mirrors) inside = 2*cells - node
    end function inside
 
    !> Which components of a node (indices in the whole grid) are held.
@@ -202,14 +202,15 @@ contains
       do axis = 1, 3
          do side = 1, 2
             plane = merge(0, grid%cells(axis), side == 1)
-            select case (grid%boundary(side, axis))
-            case (boundary_symmetry)
-               if (node(axis) == plane) held(axis) = .true.
-            case (boundary_roller)
-               if (merge(node(axis) <= plane, node(axis) >= plane, side == 1)) held(axis) = .true.
-            case (boundary_fixed)
-               if (merge(node(axis) <= plane, node(axis) >= plane, side == 1)) held = .true.
-            end select
+            associate (kind => side_kinds(grid%boundary(side, axis)))
+               if (.not. kind%closed) cycle
+               if (kind%mirrors) then
+                  if (node(axis) == plane) held(axis) = .true.
+               else if (merge(node(axis) <= plane, node(axis) >= plane, side == 1)) then
+                  held(axis) = .true.
+                  if (kind%holds_all) held = .true.
+               end if
+            end associate
          end do
       end do
    end function held_components

@@ -9,7 +9,8 @@
 module m_grid_level
    use m_kinds, only: wp
    use m_constants, only: block_size
-   use m_scene, only: grid_spec_t, boundary_free
+   use m_scene, only: grid_spec_t
+   use m_side_kinds, only: boundary_free, side_kinds
    use m_section, only: section_t
    use m_node_values, only: tile_last, plane_row
    implicit none
@@ -124,7 +125,7 @@ contains
       integer, intent(in) :: place(3), side, axis
       integer :: node
       plane = -1
-      if (self%boundary(side, axis) == boundary_free) return
+      if (.not. side_kinds(self%boundary(side, axis))%closed) return
       node = 0
       if (side == 2) node = self%cells(axis)
       node = node - block_size*place(axis) + 1

@@ -7,7 +7,8 @@ module m_domain_range
    use m_errors, only: error_t, fail
    use m_text, only: to_text
    use m_sorting, only: sorted_order
-   use m_scene, only: scene_t, domain_fixed, domain_corners, update_usl
+   use m_domain_kinds, only: domain_kinds
+   use m_scene, only: scene_t, update_usl
    use m_body, only: first_id, lattice_extent
    use m_split, only: is_whole, largest_tension
    use m_model, only: model_t
@@ -123,7 +124,8 @@ contains
       real(wp) :: values(model%levels(1)%table%columns), tension, stretch, direction(3)
       logical :: whole
       n = 0
-      associate (level => model%levels(1), particles => model%levels(1)%blocks(b)%particles)
+      associate (level => model%levels(1), particles => model%levels(1)%blocks(b)%particles, &
+                 domain => domain_kinds(model%method%domain))
          do p = 1, particles%count
             whole = is_whole(particles%column(p, :), level%layout, level%grid%cell, &
                              model%stuff(particles%body(p)))
@@ -131,12 +133,11 @@ contains
                n = n + 1
                listed(n) = p
             end if
-            if (model%method%domain == domain_corners .or. .not. (whole &
-                  .or. model%method%domain == domain_fixed)) cycle
+            if (domain%turns .or. .not. (whole .or. .not. domain%deforms)) cycle
             values = particles%column(p, :)
             tension = largest_tension(values, level%layout, 0.0_wp)
             if (whole) worst(1) = max(worst(1), tension/model%stuff(particles%body(p))%modulus)
-            if (model%method%domain /= domain_fixed) cycle
+            if (domain%deforms) cycle
             do axis = 1, 3
                direction = 0.0_wp
                direction(axis) = 1.0_wp

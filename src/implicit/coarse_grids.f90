@@ -4,7 +4,7 @@
 module m_coarse_grids
    use mpi_f08
    use m_kinds, only: wp
-   use m_scene, only: boundary_free, boundary_fixed
+   use m_side_kinds, only: boundary_free, boundary_fixed
    use m_grid_level, only: grid_level_t
    use m_boundary, only: held_components
    use m_krylov, only: krylov_preconditioner_t

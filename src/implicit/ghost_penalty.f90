@@ -4,7 +4,7 @@
 module m_ghost_penalty
    use m_kinds, only: wp
    use m_node_values, only: node_values, tile_last, v_x, v_z, f_x, f_z
-   use m_scene, only: boundary_free
+   use m_side_kinds, only: side_kinds
    use m_level, only: level_t
    use m_material, only: material_t
    use m_materials, only: materials_t
@@ -173,9 +173,9 @@ contains
       integer, intent(in) :: cell(3), axis !< in the level's grid; next to what is asked for
       type(level_t), intent(in), optional :: finer
       associate (home => (cell - modulo(cell, 2))/2) ! in the level above
-         elsewhere = cell(axis) < 0 .and. level%grid%boundary(1, axis) /= boundary_free
-         elsewhere = elsewhere .or. (cell(axis) >= level%grid%cells(axis) .and. level%grid%boundary(2, axis) &
-            /= boundary_free)
+         elsewhere = cell(axis) < 0 .and. side_kinds(level%grid%boundary(1, axis))%closed
+         elsewhere = elsewhere .or. (cell(axis) >= level%grid%cells(axis) .and. &
+                                     side_kinds(level%grid%boundary(2, axis))%closed)
          if (level%number > 1) elsewhere = elsewhere .or. .not. level%region%has_all(home, home)
          if (present(finer)) elsewhere = elsewhere .or. finer%region%has_all(cell, cell)
       end associate

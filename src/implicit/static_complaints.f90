@@ -61,7 +61,7 @@ contains
       mine = worst >= model%communicator%maximum(worst)
       if (mine .and. tool > 0) then
          call fail(error, exit_numerical, 'tool '//equilibrium%system%contact%tools%name_of(tool)// &
-                   ': it is unconstrained (a rigid-body mode) under its load; move it to where it meets '// &
+                   ': it is unconstrained (a rigid-body mode) under its load; move it into contact with '// &
                    'a body, or give it speeds')
       else if (mine .and. at(3) > 0) then
          call fail(error, exit_numerical, particle_text(model, at(1), at(2), at(3))//': '//steps//try)
@@ -122,7 +122,7 @@ contains
       text = ''
       if (equilibrium%outcome /= no_convergence .or. equilibrium%newton == 0) return
       if (.not. equilibrium%system%inertia%acts) text = loose_axes(equilibrium%system)
-      if (text /= '') text = '; nothing but contact holds the bodies along'//text
+      if (text /= '') text = '; contact alone constrains the bodies along'//text
    end function loose_text
 
    !> Collective: their names.
@@ -160,12 +160,12 @@ contains
       text = 'body '//to_text(motion%body)
       if (bodies(motion%body) /= '') text = 'body '//trim(bodies(motion%body))
       if (norm2(motion%about) > 0.0_wp) then
-         text = text//': the loads turn it about '//direction(motion%about)
+         text = text//': the loads rotate it about '//direction(motion%about)
       else
          text = text//': the loads push it along '//direction(motion%along)
       end if
-      text = text//', and nothing holds it; hold it by a side of the grid, a tool, friction or another '// &
-             'body, or give steps inertia (mode=''newmark'')'
+      text = text//', and it is unconstrained; constrain it by a side of the grid, a tool, friction or '// &
+         'another body, or add inertia (mode=''newmark'')'
    end function not_held_text
 
    !> An axis by its name, or a unit vector.

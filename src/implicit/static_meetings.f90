@@ -36,12 +36,12 @@ contains
       contact%pairs%active = .true.
       bodies%time = time
       bodies%overlap = 0.0_wp
-      if (.not. again) call bodies%meet(communicator, level)
+      if (.not. again) call bodies%meet(level)
       allocate (partners(bodies%met))
       do m = 1, bodies%met
          call place_partner(bodies%elements, level, bodies%meetings(m), partners(m))
       end do
-      call contact%pairs%connect(communicator, level, partners)
+      call contact%pairs%connect(level, partners)
       first = contact%count + 1
       do m = 1, bodies%met
          associate (meeting => bodies%meetings(m), it => new%point)

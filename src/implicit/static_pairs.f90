@@ -3,7 +3,6 @@
 module m_static_pairs
    use m_kinds, only: wp, i8
    use m_node_values, only: mass_, v_x, v_z, f_x, f_z
-   use m_communicator, only: communicator_t
    use m_level, only: level_t
    use m_contact_point, only: partner_t
    use m_contact_nodes, only: contact_nodes_t
@@ -37,9 +36,8 @@ contains
 
    !> Collective among near ranks: these partners are the points' far sides in a step. Partners get the masses
    !> of their nodes, which the level's nodes have.
-   subroutine connect(self, communicator, level, partners)
+   subroutine connect(self, level, partners)
       class(static_pairs_t), intent(inout) :: self
-      type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: level
       type(partner_t), intent(in) :: partners(:)
       integer :: place(0:2, 3, size(partners)), last(size(partners))
@@ -59,7 +57,7 @@ contains
       self%nodes%grid_node = [integer(i8) ::]
       if (self%count > 0) call self%nodes%number_all(place, last, partners%field, self%node)
       associate (numbers => self%nodes%grid_node(:self%nodes%count))
-         call self%exchange%build(communicator, level, reshape([([self%nodes%place_of(numbers(n)), &
+         call self%exchange%build(level, reshape([([self%nodes%place_of(numbers(n)), &
             self%nodes%field_of(numbers(n))], n=1, self%nodes%count)], [4, self%nodes%count]))
       end associate
       if (allocated(self%motion)) deallocate (self%motion, self%given)

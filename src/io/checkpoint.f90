@@ -137,7 +137,7 @@ contains
       call self%file%find_extent('/case', extent, error)
       if (error%happened()) return
       if (extent(1) /= 1 .or. extent(2) > longest_case) &
-         call fail(error, exit_files, 'cannot go on from '//self%path//': it has no scene')
+         call fail(error, exit_files, 'cannot restart from '//self%path//': it has no scene')
       if (error%happened()) return
       allocate (letters(extent(2)))
       call self%file%get_rows('/case', rows_of_byte, extent, all_rows(extent(2)), c_loc(letters), error)
@@ -180,7 +180,7 @@ contains
       if (.not. fault%happened()) call describe_run(store, model, facts, fault)
       if (.not. fault%happened()) call get_particles(self%file, model, blocks, fault)
       if (.not. fault%happened()) call check_particles(model, fault)
-      if (fault%happened()) call fail(error, fault%status, 'cannot go on from '//self%path//': '// &
+      if (fault%happened()) call fail(error, fault%status, 'cannot restart from '//self%path//': '// &
                                       fault%message)
    end subroutine restore
 

@@ -73,7 +73,8 @@ contains
             call sync_file(part_name(path), ok)
             if (ok) call rename_file(part_name(path), path, ok)
             if (ok) call sync_file(path(:index(path, '/', back=.true.)), ok)
-            if (.not. ok) call fail(error, exit_files, 'cannot write '//path//': it does not get to the disk')
+            if (.not. ok) call fail(error, exit_files, 'cannot write '//path//': fsync failed; check the '// &
+               'disk or file system')
          end if
       end if
       if (communicator%is_root() .and. error%happened()) call remove_file(part_name(path), ok)
@@ -102,7 +103,7 @@ contains
          if (communicator%is_root()) then
             fault = directory//' holds no checkpoint'
             if (.not. is_directory(directory)) fault = directory//' is not there, or is no directory'
-            call fail(error, exit_input, 'cannot go on from '//directory//': '//fault)
+            call fail(error, exit_input, 'cannot restart from '//directory//': '//fault)
          end if
          call communicator%agree(error)
          return
@@ -117,8 +118,8 @@ contains
          if (note == '') note = path//' '//fault
       end do
       if (fault == '' .and. note /= '') note = note//': going on from '//path
-      if (fault /= '') call fail(error, exit_files, 'cannot go on from '//directory// &
-                                 ': it holds no whole checkpoint; '//newest)
+      if (fault /= '') call fail(error, exit_files, 'cannot restart from '//directory// &
+                                 ': it holds no complete checkpoint; '//newest)
    end subroutine find_checkpoint
 
    !> Collective: what is wrong with a file, in words that go after its name; empty when it is whole.
@@ -160,7 +161,7 @@ contains
          return
       end if
       if (value_of(seal, 'format') /= to_text(state_format)) then
-         call fail(error, exit_input, 'cannot go on from '//path//': it has the format '// &
+         call fail(error, exit_input, 'cannot restart from '//path//': it has the format '// &
                    value_of(seal, 'format')//' of gimp3d '//value_of(seal, 'program')//'; this is gimp3d '// &
                    program_version//', which reads format '//to_text(state_format))
          return

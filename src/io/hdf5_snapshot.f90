@@ -9,14 +9,38 @@ module m_hdf5_snapshot
    use m_communicator, only: communicator_t
    use m_hdf5_file, only: hdf5_file_t, rows_of_real, rows_of_long, rows_of_byte, own_bytes
    use m_snapshot, only: snapshot_t, snapshot_field_t, file_layout_t, snapshot_file_name
+   use m_snapshot_format, only: snapshot_format_t
    implicit none
    private
-   public :: write_hdf5_snapshot, hdf5_snapshot_bytes
+   public :: write_hdf5_snapshot
 
    integer(int8), parameter :: vertex_cell = 1_int8 ! VTK_VERTEX
    character(len=*), parameter :: top = '/VTKHDF', pure_number = '1' ! the unit of what has none
 
+   type, extends(snapshot_format_t), public :: hdf5_snapshot_t
+   contains
+      procedure :: write => write_file
+      procedure :: bytes => file_bytes
+   end type hdf5_snapshot_t
+
+   interface hdf5_snapshot_t
+      module procedure new_format
+   end interface
+
 contains
+
+   pure type(hdf5_snapshot_t) function new_format()
+      new_format%indexed = .true.
+   end function new_format
+
+   subroutine write_file(self, communicator, snapshot, directory, error)
+      class(hdf5_snapshot_t), intent(in) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(snapshot_t), intent(in) :: snapshot
+      character(len=*), intent(in) :: directory
+      type(error_t), intent(inout) :: error
+      call write_hdf5_snapshot(communicator, snapshot, directory, error)
+   end subroutine write_file
 
    !> Collective: write `<directory>/particles_<step>.hdf`, or a file of another name. On an error
    !> (exit_files) all ranks hold it and no file is left.
@@ -51,10 +75,11 @@ contains
    end subroutine write_hdf5_snapshot
 
    !> Bytes of the file, about.
-   pure integer(i8) function hdf5_snapshot_bytes(snapshot) result(bytes)
+   integer(i8) function file_bytes(self, snapshot) result(bytes)
+      class(hdf5_snapshot_t), intent(in) :: self
       type(snapshot_t), intent(in) :: snapshot
       bytes = own_bytes + table_bytes(snapshot)
-   end function hdf5_snapshot_bytes
+   end function file_bytes
 
    !> Bytes of all tables: coordinates, id, fields; connectivity, offset and type of the cells. Levels are
    !> few.

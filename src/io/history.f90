@@ -126,7 +126,8 @@ contains
       call self%flush(error)
       if (error%happened()) return
       call sync_file(self%path, ok)
-      if (.not. ok) call fail(error, exit_files, 'cannot write '//self%path//': it does not get to the disk')
+      if (.not. ok) call fail(error, exit_files, 'cannot write '//self%path//': fsync failed; check the '// &
+         'disk or file system')
    end subroutine sync
 
    !> Add a row (as many values as columns). Nothing happens on the other ranks; rank 0 may get an error.

@@ -100,7 +100,7 @@ contains
       self%touched = wall_time()
       if (self%held) call remember(self%path)
       if (.not. self%held) call fail(error, exit_files, 'cannot write '//self%path// &
-                                     ': others make and remove it all the time')
+                                     ': other processes create and remove it repeatedly')
    end subroutine take_alone
 
    !> Look who holds the lock: refuse if that is a run that goes on, else remove it. `mine` is a file written
@@ -126,9 +126,9 @@ contains
       way_out = ': wait for its end, stop it, or give this run another directory'
       if (own%neighbours(other)) then
          if (other%runs()) call fail(error, exit_files, self%directory// &
-                                     ' belongs to a run that is going on, '//who//way_out)
+                                     ' is in use by a running gimp3d, '//who//way_out)
       else if (age <= dead_after) then
-         call fail(error, exit_files, self%directory//' belongs to a run that is going on, '//who// &
+         call fail(error, exit_files, self%directory//' is in use by a running gimp3d, '//who// &
                    ', last seen '//duration(real(max(age, 0_c_int64_t), wp))//' ago'//way_out// &
                    '; if it is dead, remove '//self%path)
       end if

@@ -118,7 +118,7 @@ contains
       case (too_large)
          reason = 'the file would be larger than is allowed'
       case (input_output_error)
-         reason = 'the disk does not work'
+         reason = 'the disk reports an input/output error'
       case default
          return
       end select

@@ -6,7 +6,8 @@ module m_recorder
    use m_communicator, only: communicator_t
    use m_text, only: to_text
    use m_timers, only: wall_time
-   use m_scene, only: scene_t, boundary_symmetry
+   use m_scene, only: scene_t
+   use m_side_kinds, only: side_kinds
    use m_scene_writer, only: scene_as_namelist
    use m_part_file, only: publish_part
    use m_text_file, only: text_file_t
@@ -22,10 +23,9 @@ module m_recorder
    use m_history, only: history_t, history_header_t, history_text_length
    use m_snapshot, only: snapshot_t
    use m_particle_snapshot, only: take_snapshot
-   use m_hdf5_snapshot, only: write_hdf5_snapshot
+   use m_snapshot_formats, only: format_slot_t, choose_formats
    use m_xdmf_index, only: xdmf_index_t
    use m_xdmf_entry, only: particles_entry, levels_entry
-   use m_tecplot_snapshot, only: write_tecplot_snapshot
    implicit none
    private
    public :: recorder_t
@@ -44,7 +44,7 @@ module m_recorder
       private
       logical :: writes = .false.
       character(len=:), allocatable :: title, directory
-      logical :: hdf5 = .false., tecplot = .false.
+      type(format_slot_t), allocatable :: formats(:) !< of snapshots
       real(wp) :: end_time = 0.0_wp, snapshot_every = 0.0_wp, history_every = 0.0_wp
       integer :: snapshots = 0, rows = 0
       integer :: rows_since_mark = 0
@@ -92,8 +92,7 @@ contains
       if (present(resumption)) call self%resume(model%time, scene%output%every)
       if (.not. self%writes) return
       self%directory = scene%output%directory
-      self%hdf5 = scene%output%hdf5
-      self%tecplot = scene%output%tecplot
+      call choose_formats(scene%output%formats, self%formats)
       self%snapshot_every = scene%output%every
       if (model%communicator%is_root()) then
          call write_case(self%directory//'/case.nml', scene, error)
@@ -305,7 +304,8 @@ contains
    pure logical function snapshot_is_due(self, time)
       class(recorder_t), intent(in) :: self
       real(wp), intent(in) :: time
-      snapshot_is_due = self%writes .and. (self%hdf5 .or. self%tecplot)
+      snapshot_is_due = self%writes
+      if (snapshot_is_due) snapshot_is_due = size(self%formats) > 0
       if (snapshot_is_due) snapshot_is_due = due(self%snapshots, self%snapshot_every, time, self%end_time)
    end function snapshot_is_due
 
@@ -317,9 +317,10 @@ contains
       logical, intent(in), optional :: now
       type(snapshot_t) :: snapshot
       logical :: wanted
+      integer :: f
       wanted = self%snapshot_is_due(model%time)
-      if (present(now)) wanted = now .and. self%writes .and. (self%hdf5 .or. self%tecplot) &
-                                 .and. model%step /= self%last_snapshot
+      if (present(now)) wanted = now .and. self%writes .and. model%step /= self%last_snapshot
+      if (wanted) wanted = size(self%formats) > 0
       if (.not. wanted) return
       self%last_snapshot = model%step
       self%snapshots = 1
@@ -329,14 +330,16 @@ contains
       snapshot%step = int(model%step)
       snapshot%title = self%title
       call take_snapshot(model, snapshot)
-      if (self%hdf5) then
-         call write_hdf5_snapshot(model%communicator, snapshot, self%directory, error)
+      do f = 1, size(self%formats)
+         if (error%happened()) exit
+         call self%formats(f)%it%write(model%communicator, snapshot, self%directory, error)
+      end do
+      do f = 1, size(self%formats)
+         if (.not. self%formats(f)%it%indexed) cycle
          call self%particles_index%add(model%communicator, snapshot%step, particles_entry(snapshot), error)
          if (allocated(snapshot%levels)) &
             call self%levels_index%add(model%communicator, snapshot%step, levels_entry(snapshot), error)
-      end if
-      if (self%tecplot .and. .not. error%happened()) &
-         call write_tecplot_snapshot(model%communicator, snapshot, self%directory, error)
+      end do
       if (.not. error%happened()) call record_outlines(self, model, error)
       if (self%atoms > 0) call write_atoms(model, self%directory, snapshot, error)
    end subroutine record_snapshot
@@ -410,7 +413,7 @@ contains
             if (grid%section%is_flat() .and. axis == 2) cycle
             do side = 1, 2
                plane = merge(grid%lower(axis), grid%upper(axis), side == 1)
-               if (grid%boundary(2*axis - 2 + side) == boundary_symmetry &
+               if (side_kinds(grid%boundary(2*axis - 2 + side))%mirrors &
                    .and. abs(tool%axis(axis)) < 1.0e-9_wp &
                    .and. abs(tool%tip(axis) - plane) < 1.0e-9_wp*grid%cell_size) share = 0.5_wp*share
             end do

@@ -11,9 +11,10 @@ module m_tecplot_snapshot
    use m_part_file, only: part_name, begin_shared_part, finish_shared_part
    use m_snapshot, only: snapshot_t, file_layout_t, snapshot_file_name
    use m_text, only: to_text, exact_text
+   use m_snapshot_format, only: snapshot_format_t
    implicit none
    private
-   public :: write_tecplot_snapshot, tecplot_snapshot_bytes, quoted
+   public :: write_tecplot_snapshot, quoted
 
    integer, parameter :: width = 25            ! characters of a value, the end of its line counted
    integer, parameter :: chunk = 65536         ! values that a rank holds as text at a time
@@ -32,7 +33,30 @@ module m_tecplot_snapshot
       integer :: chunks = 0                  ! writes that every rank takes part in for a block
    end type table_t
 
+   type, extends(snapshot_format_t), public :: tecplot_snapshot_t
+   contains
+      procedure :: write => write_file
+      procedure :: bytes => file_bytes
+   end type tecplot_snapshot_t
+
+   interface tecplot_snapshot_t
+      module procedure new_format
+   end interface
+
 contains
+
+   pure type(tecplot_snapshot_t) function new_format()
+      new_format%is_text = .true.
+   end function new_format
+
+   subroutine write_file(self, communicator, snapshot, directory, error)
+      class(tecplot_snapshot_t), intent(in) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(snapshot_t), intent(in) :: snapshot
+      character(len=*), intent(in) :: directory
+      type(error_t), intent(inout) :: error
+      call write_tecplot_snapshot(communicator, snapshot, directory, error)
+   end subroutine write_file
 
    !> Collective: write `<directory>/particles_<step>.dat`. On an error (exit_files) all ranks hold it and no
    !> file is left.
@@ -53,7 +77,7 @@ contains
       path = directory//'/'//snapshot_file_name(snapshot%step, 'dat')
       header = header_text(snapshot)
       particles = zone_particles(snapshot)
-      bytes = tecplot_snapshot_bytes(snapshot)
+      bytes = length_of(snapshot)
       call begin_shared_part(communicator, path, bytes, error)
       if (error%happened()) return
       call open_table(table, communicator, path, error)
@@ -74,7 +98,13 @@ contains
    end subroutine write_tecplot_snapshot
 
    !> Bytes of the file.
-   integer(i8) function tecplot_snapshot_bytes(snapshot) result(bytes)
+   integer(i8) function file_bytes(self, snapshot)
+      class(tecplot_snapshot_t), intent(in) :: self
+      type(snapshot_t), intent(in) :: snapshot
+      file_bytes = length_of(snapshot)
+   end function file_bytes
+
+   integer(i8) function length_of(snapshot) result(bytes)
       type(snapshot_t), intent(in) :: snapshot
       integer(i8), allocatable :: particles(:)
       integer :: z
@@ -83,7 +113,7 @@ contains
       do z = 1, size(particles)
          bytes = bytes + len(zone_text(snapshot, z, particles(z)), i8)
       end do
-   end function tecplot_snapshot_bytes
+   end function length_of
 
    !> Text that may stand between the quotes of a Tecplot record.
    pure function quoted(text) result(safe)

@@ -1,9 +1,10 @@
 !> Volume change of particles, and the bounds that the next time step and the guards need.
 module m_deform
    use m_kinds, only: wp
+   use m_field_table, only: layout_t
    implicit none
    private
-   public :: advance_volume, advance_half_sizes, advance_half_edges, fastest, all_finite, finite_stress
+   public :: advance_volume, advance_domain, advance_half_edges, fastest, all_finite, finite_stress
 
 contains
 
@@ -34,6 +35,25 @@ contains
          smallest = min(smallest, volume(p))
       end do
    end subroutine advance_volume
+
+   !> The domains of the first `count` particles follow their velocity gradients; `smallest` is not above 0
+   !> where one has become thinner than nothing.
+   pure subroutine advance_domain(count, gradient, time_step, layout, column, smallest)
+      integer, intent(in) :: count
+      real(wp), intent(in), contiguous :: gradient(:, :)   !< (:, 9), as above, 1/s
+      real(wp), intent(in) :: time_step                    !< s
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(inout), contiguous :: column(:, :)
+      real(wp), intent(out) :: smallest
+      smallest = huge(smallest)
+      if (layout%domain > 0) then
+         call advance_half_edges(count, gradient, time_step, layout%section%is_flat(), &
+                                 column(:, layout%domain:layout%domain + 8))
+      else
+         call advance_half_sizes(count, gradient, time_step, layout%section%is_flat(), &
+                                 column(:, layout%half_size:layout%half_size + 2), smallest)
+      end if
+   end subroutine advance_domain
 
    !> r_i <- r_i (1 + dt L_ii) for the half sizes along the axes (theory.md, eq. stretch); `smallest` is the
    !> smallest of the factors.

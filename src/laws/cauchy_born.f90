@@ -46,15 +46,15 @@ contains
       near = self%constant
       if (.not. near > 0.0_wp) near = self%crystal%potential%nominal
       if (.not. near > 0.0_wp) then
-         call group%refuse('constant', 'is missing: the potential does not say near which constant of '// &
+         call group%refuse('constant', 'missing: the potential does not give the lattice constant of '// &
                            'the lattice it is at rest; allowed: a number above 0, in m')
          return
       end if
       call self%crystal%find_rest(near, found)
       if (.not. found) then
-         call group%refuse('constant', 'has no lattice at rest within 15 % of '//si(near, 'm')//', or '// &
-                           'one that is not stable; allowed: a constant near one at which '// &
-                           trim(lattices(self%crystal%lattice))//' bears no stress')
+         call group%refuse('constant', 'has no stress-free lattice within 15 % of '//si(near, 'm')//', '// &
+            'or one that is not stable; allowed: a constant near one at which '// &
+                           trim(lattices(self%crystal%lattice))//' is free of stress')
          return
       end if
       stiffness = 0.0_wp

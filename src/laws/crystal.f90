@@ -243,7 +243,7 @@ contains
    pure function fault_text(self) result(text)
       class(crystal_t), intent(in) :: self
       character(len=:), allocatable :: text
-      text = ': no slip was found that agrees with its stress, within '//to_text(iteration_limit)// &
+      text = ': the local solve for the slip rates did not converge within '//to_text(iteration_limit)// &
              ' iterations and in '//to_text(max_parts)//' parts of the step; try a smaller safety'
    end function fault_text
 

@@ -64,7 +64,7 @@ contains
       if (definite) then
          self%fastest = fastest_wave(stiffness)
       else
-         call group%refuse(name, 'with the other moduli some strain would take no energy; '// &
+         call group%refuse(name, 'the elasticity matrix is not positive definite; '// &
                            'allowed: a positive definite elasticity')
       end if
    end subroutine set_stiffness

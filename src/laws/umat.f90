@@ -206,8 +206,8 @@ contains
    pure function fault_text(self) result(text)
       class(umat_t), intent(in) :: self
       character(len=:), allocatable :: text
-      text = ': its UMAT gives a stress or a state that is not a number, asks for a smaller step (PNEWDT '// &
-             'below 1), or writes to more state variables than its '//to_text(self%states)//' states'
+      text = ': its UMAT returned NaN in stress or state, requested a cutback (PNEWDT '// &
+             'below 1), or wrote to more state variables than its '//to_text(self%states)//' states'
    end function fault_text
 
    !> Nobody knows: steps are as if it did.

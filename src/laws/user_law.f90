@@ -295,7 +295,7 @@ contains
    pure function fault_text(self) result(text)
       class(user_law_t), intent(in) :: self
       character(len=:), allocatable :: text
-      text = ': its law gives a stress or a state that is not a number, or writes to more state '// &
+      text = ': its law returned NaN in stress or state, or wrote to more state '// &
              'variables than its '//to_text(self%states)//' states'
    end function fault_text
 
@@ -370,13 +370,13 @@ contains
          if (.not. all(ieee_is_finite(points%stress))) then
             call group%refuse('library', 'at the start, under strains of '// &
                               trim(merge('0   ', '1e-6', call_number == 1))// &
-                              ', the law returns a stress that is not a number; allowed: one that does not')
+                              ', the law returns a stress that is NaN; correct the law')
             return
          end if
       end do
       if (.not. self%turns) then
          if (.not. all(abs(points%moduli(:, 1)) > 0.0_wp)) call group%refuse('library', &
-            'the law leaves DDSDDE(1,1) at 0 at the start; allowed: a law that gives its moduli there')
+            'the law leaves DDSDDE(1,1) at 0 at the start; it must return its moduli there')
       end if
       answer = transpose(points%stress(:, tensor_place))/probe_strain
       self%modulus = 0.0_wp
@@ -386,7 +386,7 @@ contains
       end do
       self%tangent%stiffness = 0.5_wp*(answer(:, 1:6) - answer(:, 7:12))
       if (.not. self%tangent%invert()) call group%refuse('library', &
-         'the law shows no stiffness against strains of 1e-6 at the start; allowed: a law that is '// &
+         'the law has no stiffness against strains of 1e-6 at the start; allowed: a law that is '// &
          'elastic there')
       if (self%wave_modulus > 0.0_wp) self%modulus = self%wave_modulus
    end subroutine probe

@@ -127,7 +127,7 @@ contains
          if (.not. sound) return
          values(n + 1, at%generation) = generation - 3
          values(n + 1, at%refinement) = values(1, at%refinement) - 1.0_wp
-         if (at%domain > 0 .or. at%half_sizes) then ! nor may it be split at once
+         if (at%follows) then ! nor may it be split at once
             if (any(edges_to_split(values, n + 1, at, level%grid%cell, stuff(body)))) return
          end if
          reach = extents(values(n + 1, :), at) + distance*level%grid%cell
@@ -178,9 +178,9 @@ contains
          if (h > 0) values(n + 1, h:h + 2) = 2.0_wp*values(n + 1, h:h + 2)
       end associate
       associate (x => layout%position)
-         if (.not. (layout%domain > 0 .or. layout%half_sizes)) then
+         if (.not. layout%follows) then
             sound = .true.
-            values(n + 1, layout%half_size) = 2.0_wp*values(1, layout%half_size)
+            call set_half_edges(values(n + 1, :), layout, 2.0_wp*half_edges(values(1, :), layout))
             return
          end if
          r = 0.0_wp

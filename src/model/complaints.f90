@@ -65,7 +65,7 @@ contains
          call fail(error, exit_numerical, when(model)//'particle '//to_text(id)//' of body '// &
                    to_text(body)//' at '// &
                    place_text(place)//' m on level '//to_text(l)// &
-                      ' moved further than a step of the coarsest level allows'// &
+                      ' moved farther than a step of the coarsest level allows'// &
                    unstable, recoverable=.true.)
       end do
    end subroutine report_homeless
@@ -91,7 +91,7 @@ contains
          character(len=*), intent(in) :: side
          call fail(error, exit_numerical, particle_text(model, l, b, p)// &
                    ' left the grid through its side '//side// &
-                   '; try a larger grid, or a boundary there that holds it')
+                   '; try a larger grid, or another boundary there')
       end subroutine complain
    end subroutine report_outside
 
@@ -194,7 +194,7 @@ contains
                if (abs(particles%column(p, c)) <= huge(1.0_wp)) cycle
                if (field%first == model%levels(l)%layout%stress) call report_by_law(model, l, b, p, error)
                call fail(error, exit_numerical, particle_text(model, l, b, p)//' has '//field%name//' '// &
-                         to_text(particles%column(p, c))//' '//field%unit//', which must be a number'// &
+                         to_text(particles%column(p, c))//' '//field%unit//', which is not finite'// &
                          unstable, recoverable=.true.)
                return
             end do

@@ -8,8 +8,8 @@ module m_model
    use m_text, only: to_text
    use m_communicator, only: communicator_t
    use m_timers, only: timers_t
-   use m_scene, only: scene_t, time_spec_t, level_spec_t, update_usl, update_musl, domain_fixed, &
-                      domain_stretch, domain_corners
+   use m_scene, only: scene_t, time_spec_t, level_spec_t, update_usl, update_musl
+   use m_domain_kinds, only: domain_kinds
    use m_grid_level, only: make_grid_level
    use m_body, only: number_ids
    use m_field_table, only: layout_t
@@ -232,17 +232,13 @@ contains
       integer, parameter :: of_domains = 6 !< splits for which an id has room, besides those for finer levels
       type(layout_t) :: layout
       integer :: l, m, splits
-      associate (table => self%levels(1)%table)
+      associate (table => self%levels(1)%table, domain => domain_kinds(self%method%domain))
          call table%declare('position', 3, 'm', written=.true., by_mass=.true.)
          call table%declare('velocity', 3, 'm/s', written=.true., by_mass=.true.)
          call table%declare('mass', 1, 'kg', written=.true., extensive=.true.)
          call table%declare('volume', 1, 'm3', written=.true., extensive=.true.)
-         select case (self%method%domain)
-         case (domain_corners); call table%declare('domain', 9, 'm', written=.true.)
-         case (domain_stretch); call table%declare('half_size', 3, 'm', written=.true.)
-         case default; call table%declare('half_size', 1, 'm', written=.true.)
-         end select
-         if (self%method%domain /= domain_fixed .or. size(self%levels) > 1) &
+         call table%declare(trim(domain%field), domain%components, 'm', written=.true.)
+         if (domain%deforms .or. size(self%levels) > 1) &
             call table%declare('generation', 1, '1', written=.false.)
          if (size(self%levels) > 1) call table%declare('refinement', 1, '1', written=.false.)
          if (size(self%levels) > 1 .and. self%method%subcycle .and. .not. self%mixes()) &
@@ -261,8 +257,8 @@ contains
             self%effects(m)%columns = table%columns - self%effects(m)%columns
          end do
          if (self%contact%pairs%active()) call self%contact%pairs%declare(table)
-         call declare_motion(table, scene%output, self%method%domain /= domain_fixed)
-         splits = 3*(size(self%levels) - 1) + merge(0, of_domains, self%method%domain == domain_fixed)
+         call declare_motion(table, scene%output, domain%deforms)
+         splits = 3*(size(self%levels) - 1) + merge(of_domains, 0, domain%deforms)
          layout = table%layout(scene%grid%section)
          call number_ids(layout, scene%bodies, self%levels(1)%grid%cell, splits, error)
          do l = 1, size(self%levels)
@@ -323,6 +319,7 @@ contains
       do l = 1, size(self%levels)
          call settle_blocks(self%levels(l), self%communicator%rank)
          call self%exchange(l)%build(self%communicator, self%levels(l))
+         if (self%contact%active()) call self%levels(l)%near%connect(self%communicator)
       end do
       do l = 2, size(self%levels)
          call self%composite(l)%build(self%communicator, self%levels(l - 1), self%levels(l))

@@ -48,7 +48,7 @@ contains
          call fill(self, scene, l)
       end do
       if (self%contact%pairs%active()) &
-         call self%contact%pairs%begin(self%communicator, self%levels(size(self%levels)), error)
+         call self%contact%pairs%begin(self%levels(size(self%levels)), error)
       call self%communicator%agree(error)
       if (error%happened()) return
       if (self%follows_groups()) self%first_centres = self%centres_of_mass()
@@ -85,8 +85,9 @@ contains
             call law%update(column, at, gradient, time_step, 1, 1)
             if (maxval(abs(column(1, at%stress:at%stress + 5) - spec%stress)) &
                 <= same*maxval(abs(spec%stress))) cycle
-            call fail(error, exit_input, scene%place('body', body)//': the material cannot bear stress='// &
-                      reals_text(spec%stress, 6)//' Pa at rest; it would become '// &
+            call fail(error, exit_input, scene%place('body', body)//': the law does not admit the '// &
+               'initial stress='// &
+                      reals_text(spec%stress, 6)//' Pa; it would become '// &
                       reals_text(column(1, at%stress:at%stress + 5), 6)//' Pa')
          end associate
       end do
@@ -160,7 +161,7 @@ contains
       if (needed > free) &
          call fail(error, exit_input, place//': the scene makes about '//to_text(particles, 3)// &
                    ' particles, which need '//si(needed, 'B')//' of memory; '//si(free, 'B')// &
-                   ' are free: take larger cells, fewer particles_per_cell or more machines')
+                   ' are free; use larger cells, fewer particles_per_cell or more machines')
    end subroutine require_memory
 
    !> Collective: a fault where tables that have a row for each place of a block, there or not, would not fit
@@ -215,7 +216,7 @@ contains
       call MPI_Allreduce(MPI_IN_PLACE, of_body, size(of_body), MPI_INTEGER8, MPI_SUM, self%communicator%comm)
       do body = 1, size(of_body)
          if (of_body(body) == 0) call fail(error, exit_input, scene%place('body', body)// &
-            ': the body holds no particle: the centre of none lies in it; allowed: a larger body, or a '// &
+            ': the body contains no particle centre; allowed: a larger body, or a '// &
             'smaller cell_size')
       end do
    end subroutine count_particles

@@ -164,7 +164,7 @@ contains
          associate (spec => self%level_specs(part))
             if (needs <= spec%max_cells .or. spec%has_box) cycle
             call fail(error, exit_input, scene%place('level', part)//' '//spec%budget()// &
-                      ': what is touched at the start needs '//spec%in_budget(needs)//' of the level'// &
+                      ': the contact at the start needs '//spec%in_budget(needs)//' of the level'// &
                       trim(merge(' and of finer ones', '                  ', l < size(self%levels)))// &
                       '; allowed: at least so many')
          end associate

@@ -156,7 +156,7 @@ contains
          end associate
       end do
       if (good) good = before == blocks%particles
-      if (.not. good) call fail(error, exit_files, 'its blocks are not those of its scene')
+      if (.not. good) call fail(error, exit_files, 'its blocks do not match its scene')
    end subroutine check_table
 
    subroutine restore_regions(model, regions, error)
@@ -165,7 +165,7 @@ contains
       type(error_t), intent(inout) :: error
       logical :: good
       call set_regions(model, regions, good)
-      if (.not. good) call fail(error, exit_files, 'its levels are not those of its scene')
+      if (.not. good) call fail(error, exit_files, 'its levels do not match its scene')
    end subroutine restore_regions
 
    !> Collective: what has been read of the particles can be computed with: bins, bodies, places.
@@ -191,7 +191,7 @@ contains
             end associate
          end do
       end do
-      if (.not. good) call fail(error, exit_files, 'its particles are not those of its scene')
+      if (.not. good) call fail(error, exit_files, 'its particles do not match its scene')
       call model%communicator%agree(error)
       if (error%happened()) return
       do l = 1, size(model%levels)

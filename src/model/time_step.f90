@@ -4,8 +4,7 @@ module m_time_step
    use m_constants, only: exit_input
    use m_errors, only: error_t, fail
    use m_text, only: to_text
-   use m_scene, only: scene_t
-   use m_scene_checks, only: safety_limit
+   use m_scene, only: scene_t, safety_limit
    use m_model, only: model_t
    implicit none
    private

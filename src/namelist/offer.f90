@@ -34,6 +34,7 @@ module m_offer
    type, public :: catalogue_t
       type(offer_slot_t), allocatable :: models(:)  !< material laws
       type(offer_slot_t), allocatable :: effects(:) !< optional groups
+      character(len=name_length), allocatable :: formats(:) !< of snapshots, the default first
    end type catalogue_t
 
    abstract interface

@@ -7,7 +7,7 @@ module m_contact_area
    use m_communicator, only: communicator_t
    use m_vectors, only: tangents
    use m_field_table, only: layout_t
-   use m_scene, only: boundary_symmetry
+   use m_side_kinds, only: side_kinds
    use m_section, only: section_t
    use m_tool, only: tool_t
    use m_material, only: material_t
@@ -214,7 +214,7 @@ contains
          do axis = 1, 3
             if (abs(tool%spec%axis(axis)) > 1.0e-9_wp) cycle
             do side = 1, 2
-               if (grid%boundary(side, axis) /= boundary_symmetry) cycle
+               if (.not. side_kinds(grid%boundary(side, axis))%mirrors) cycle
                inwards = 3 - 2*side
                plane = grid%lower(axis) + merge(0, grid%cells(axis), side == 1)*grid%cell
                mirrors = [mirrors, mirror_t(inwards*across(axis, :), inwards*plane)]

@@ -205,7 +205,7 @@ contains
       level%interior_first = [pack([(b, b=1, size(level%blocks))], .not. level%blocks%shared), &
                            pack([(b, b=1, size(level%blocks))], level%blocks%shared)]
       level%part_end = [0, count(.not. level%blocks%shared), size(level%blocks)]
-      level%near_ranks = find_near_ranks(level, rank)
+      level%near%ranks = find_near_ranks(level, rank)
    end subroutine find_ghosts
 
    !> Owners of a field's blocks around a place, in the 27 directions; -1 where there is none.

@@ -116,7 +116,7 @@ contains
          if (.not. present(steps)) then
             if (refused) then
                call fail(error, exit_numerical, &
-                         'METIS could not place the blocks on the ranks; try another number of ranks')
+                         'METIS could not partition the blocks; try another number of ranks')
                return
             end if
             part = offered

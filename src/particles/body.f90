@@ -9,6 +9,7 @@ module m_body
    use m_level, only: level_t
    use m_block, only: block_t
    use m_field_table, only: layout_t
+   use m_half_edges, only: first_half_edges
    use m_split, only: must_split, octant_of, child_id
    use m_membership, only: lives_on, may_live_on
    use m_cut_cell, only: part_t, may_reach, find_part, cells_of_particle, cell_limit
@@ -261,14 +262,7 @@ contains
          if (spec%section%is_flat()) & ! all that its part of the section stands for
             values(at%volume) = birth%volume/(2.0_wp*birth%half)*spec%section%depth(birth%x(1))
          values(at%mass) = density*values(at%volume)
-         if (at%half_sizes) then
-            values(at%half_size:at%half_size + 2) = birth%halves
-         else if (at%half_size > 0) then
-            values(at%half_size) = product(birth%halves)**(1.0_wp/3.0_wp)
-            if (spec%section%is_flat()) values(at%half_size) = sqrt(birth%halves(1)*birth%halves(3))
-            if (all(abs(birth%halves - birth%half) <= 0.0_wp)) values(at%half_size) = birth%half
-         end if
-         if (at%domain > 0) values(at%domain:at%domain + 8:4) = birth%halves
+         call first_half_edges(values, at, birth%halves, birth%half)
          values(at%stress:at%stress + 5) = spec%stress
          if (at%start > 0) values(at%start:at%start + 2) = birth%x
          if (at%start_edges > 0) values(at%start_edges:at%start_edges + 2) = birth%halves

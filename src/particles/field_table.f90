@@ -3,6 +3,7 @@
 module m_field_table
    use m_kinds, only: i8
    use m_section, only: section_t
+   use m_domain_kinds, only: domain_kinds
    implicit none
    private
    public :: field_t, field_table_t, layout_t, shares_t
@@ -35,8 +36,9 @@ module m_field_table
       integer :: position = 0, velocity = 0, mass = 0, volume = 0, stress = 0
       integer :: half_size = 0     !< of the domain: one for all axes, or (half_sizes) 3 columns, one an axis
       logical :: half_sizes = .false.
-      integer :: domain = 0 !< half edges of the domain instead: 9 columns, component i of edge k at 3 (k-1) +
-                            !< i
+      integer :: domain = 0 !< half edges that leave the axes instead: of `corners` 9 columns, component i of
+                            !< edge k at 3 (k-1) + i
+      logical :: follows = .false. !< domains follow the material
       integer :: generation = 0    !< how often the particle has been split
       integer :: refinement = 0    !< how often of that into eight, on the way to a finer level
       integer :: gradient = 0 !< velocity gradient of the last step, 9 columns, d v_i / d x_j at 3 (j-1) + i
@@ -154,17 +156,23 @@ contains
    pure type(layout_t) function layout(self, section)
       class(field_table_t), intent(in) :: self
       type(section_t), intent(in), optional :: section !< that the scene is given by, if it is
-      integer :: f
+      integer :: f, k
       if (present(section)) layout%section = section
       layout%position = self%column('position')
       layout%velocity = self%column('velocity')
       layout%mass = self%column('mass')
       layout%volume = self%column('volume')
-      layout%half_size = self%column('half_size')
       do f = 1, size(self%fields)
-         if (self%fields(f)%name == 'half_size') layout%half_sizes = self%fields(f)%components == 3
+         do k = 1, size(domain_kinds)
+            associate (kind => domain_kinds(k), field => self%fields(f))
+               if (field%name /= kind%field .or. field%components /= kind%components) cycle
+               if (kind%turns) layout%domain = field%first
+               if (.not. kind%turns) layout%half_size = field%first
+               layout%half_sizes = kind%deforms .and. .not. kind%turns
+               layout%follows = kind%deforms
+            end associate
+         end do
       end do
-      layout%domain = self%column('domain')
       layout%generation = self%column('generation')
       layout%refinement = self%column('refinement')
       layout%stress = self%column('stress')

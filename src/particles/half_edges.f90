@@ -7,8 +7,8 @@ module m_half_edges
    use m_field_table, only: layout_t
    implicit none
    private
-   public :: half_edges, set_half_edges, fitted_edges, extents, longest_half_edge, domain_sizes, &
-             lengths_squared
+   public :: half_edges, set_half_edges, set_half_edge, first_half_edges, fitted_edges, extents, &
+             longest_half_edge, domain_sizes, lengths_squared, longest_squared, thinnest
 
 contains
 
@@ -43,6 +43,36 @@ contains
          values(layout%half_size) = r(1, 1)
       end if
    end subroutine set_half_edges
+
+   !> Set one half edge of a particle's domain that follows the material.
+   pure subroutine set_half_edge(values, layout, k, edge)
+      real(wp), intent(inout) :: values(:) !< the particle's columns
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: k
+      real(wp), intent(in) :: edge(3) !< m
+      if (layout%domain > 0) then
+         values(layout%domain + 3*(k - 1):layout%domain + 3*k - 1) = edge
+      else
+         values(layout%half_size + k - 1) = edge(k)
+      end if
+   end subroutine set_half_edge
+
+   !> The domain of a new particle: a box along the axes, or the cube of its volume.
+   pure subroutine first_half_edges(values, layout, halves, half)
+      real(wp), intent(inout) :: values(:) !< the particle's columns
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: halves(3) !< half edges of the box, m
+      real(wp), intent(in) :: half      !< that of the whole cube, of which the box is a part, m
+      if (layout%domain > 0) then
+         values(layout%domain:layout%domain + 8:4) = halves
+      else if (layout%half_sizes) then
+         values(layout%half_size:layout%half_size + 2) = halves
+      else if (layout%half_size > 0) then
+         values(layout%half_size) = product(halves)**(1.0_wp/3.0_wp)
+         if (layout%section%is_flat()) values(layout%half_size) = sqrt(halves(1)*halves(3))
+         if (all(abs(halves - half) <= 0.0_wp)) values(layout%half_size) = half
+      end if
+   end subroutine first_half_edges
 
    !> The same as the weights see them: no further than the nodes reach (theory.md, eq. fit).
    pure function fitted_edges(values, layout, cell) result(r)
@@ -124,5 +154,38 @@ contains
          end do
       end if
    end function lengths_squared
+
+   !> The longest of each of the first n particles whose domains follow the material, m2.
+   pure subroutine longest_squared(n, column, layout, square)
+      integer, intent(in) :: n
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(out) :: square(n)
+      integer :: p
+      associate (d => layout%domain, h => layout%half_size)
+         if (d > 0) then
+            !$omp simd
+            do p = 1, n
+               square(p) = max(column(p, d)**2 + column(p, d + 1)**2 + column(p, d + 2)**2, &
+                               column(p, d + 3)**2 + column(p, d + 4)**2 + column(p, d + 5)**2, &
+                               column(p, d + 6)**2 + column(p, d + 7)**2 + column(p, d + 8)**2)
+            end do
+         else
+            !$omp simd
+            do p = 1, n
+               square(p) = max(column(p, h)**2, column(p, h + 1)**2, column(p, h + 2)**2)
+            end do
+         end if
+      end associate
+   end subroutine longest_squared
+
+   !> The particle with the smallest half size, of boxes.
+   pure integer function thinnest(particles, layout)
+      type(particle_store_t), intent(in) :: particles
+      type(layout_t), intent(in) :: layout
+      associate (n => particles%count, h => layout%half_size)
+         thinnest = max(1, minloc(minval(particles%column(:n, h:h + 2), dim=2), dim=1))
+      end associate
+   end function thinnest
 
 end module m_half_edges

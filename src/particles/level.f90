@@ -1,6 +1,7 @@
 !> One grid level: its grid, which rank owns which block, this rank's blocks, and the pools of their node
 !> tiles.
 module m_level
+   use m_near_ranks, only: near_ranks_t
    use m_kinds, only: wp, i4, i8
    use m_constants, only: block_size
    use m_node_values, only: node_values, tile_last
@@ -30,8 +31,8 @@ module m_level
       integer, allocatable :: slot(:) !< (blocks, by number): slot here (own blocks first, then ghosts), 0 if
                                       !< not here
       integer, allocatable :: field_of_body(:) !< velocity field of each body's particles
-      integer, allocatable :: near_ranks(:) !< other ranks, rising, that own blocks of any field at the places
-                                            !< of blocks here or next to them
+      type(near_ranks_t) :: near !< ranks that own blocks of any field at the places of blocks here or next to
+                                 !< them
       type(block_t), allocatable :: blocks(:) !< own blocks, by rising index; block b has slot b
       integer, allocatable :: ghost_index(:) !< block indices of the neighbours on other ranks; ghost m has
                                              !< slot size(blocks) + m

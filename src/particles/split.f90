@@ -5,7 +5,7 @@ module m_split
    use m_block, only: block_t
    use m_particle_store, only: particle_store_t
    use m_field_table, only: field_table_t, layout_t, shares_t
-   use m_half_edges, only: half_edges, set_half_edges, lengths_squared
+   use m_half_edges, only: half_edges, set_half_edges, set_half_edge, lengths_squared, longest_squared
    use m_grid_level, only: grid_level_t
    use m_region, only: region_t
    use m_section_parts, only: octant_of, octants_of, split_in_four, share_of_ring, beside_axis, &
@@ -112,20 +112,8 @@ contains
       integer :: p
       least = less*(min_tension*modulus)**2
       pulls_at = less*(longest_at_modulus*modulus*cell)**2
-      associate (d => layout%domain, h => layout%half_size, s => layout%stress)
-         if (d > 0) then
-            !$omp simd
-            do p = 1, n
-               length(p) = max(column(p, d)**2 + column(p, d + 1)**2 + column(p, d + 2)**2, &
-                               column(p, d + 3)**2 + column(p, d + 4)**2 + column(p, d + 5)**2, &
-                               column(p, d + 6)**2 + column(p, d + 7)**2 + column(p, d + 8)**2)
-            end do
-         else
-            !$omp simd
-            do p = 1, n
-               length(p) = max(column(p, h)**2, column(p, h + 1)**2, column(p, h + 2)**2)
-            end do
-         end if
+      call longest_squared(n, column, layout, length)
+      associate (s => layout%stress)
          !$omp simd private(stress)
          do p = 1, n
             stress = column(p, s)**2 + column(p, s + 1)**2 + column(p, s + 2)**2 &
@@ -318,11 +306,7 @@ contains
       new_id = ibset(particles%id(p), layout%id_bits + generation)
       upper = values
       where (shares%extensive) values = low*values
-      if (layout%domain > 0) then
-         values(layout%domain + 3*(k - 1):layout%domain + 3*k - 1) = shift
-      else
-         values(layout%half_size + k - 1) = shift(k)
-      end if
+      call set_half_edge(values, layout, k, shift)
       values(layout%generation) = generation + 1
       values(carried(shares)) = upper(carried(shares)) ! as they were: each half takes its own part
       upper = values

@@ -2,7 +2,7 @@
 !> were pushed there: a domain may reach over it, a centre may not (theory.md, Splitting).
 module m_walls
    use m_kinds, only: wp
-   use m_scene, only: boundary_free
+   use m_side_kinds, only: side_kinds
    use m_field_table, only: layout_t, shares_t
    use m_grid_level, only: grid_level_t
    implicit none
@@ -23,9 +23,9 @@ contains
       integer :: axis, f, k
       do axis = 1, 3
          associate (x => values(layout%position + axis - 1))
-            if (x < grid%lower(axis) .and. grid%boundary(1, axis) /= boundary_free) then
+            if (x < grid%lower(axis) .and. side_kinds(grid%boundary(1, axis))%closed) then
                side = grid%lower(axis)
-            else if (x > grid%upper(axis) .and. grid%boundary(2, axis) /= boundary_free) then
+            else if (x > grid%upper(axis) .and. side_kinds(grid%boundary(2, axis))%closed) then
                side = grid%upper(axis)
             else
                cycle

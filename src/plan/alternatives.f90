@@ -3,8 +3,7 @@ module m_alternatives
    use mpi_f08
    use m_kinds, only: wp, i8
    use m_text, only: to_text, in_column
-   use m_scene, only: scene_t
-   use m_scene_checks, only: largest_safety
+   use m_scene, only: largest_safety, scene_t
    use m_level, only: level_t
    use m_model, only: model_t
    use m_forecast, only: rates_t

@@ -16,8 +16,7 @@ module m_calibration
    use m_forecast, only: rates_t, prospect_t, rates_of, predict_costs, contact_points, contact_steps, &
                          particle_rows
    use m_snapshot, only: snapshot_t
-   use m_hdf5_snapshot, only: hdf5_snapshot_bytes
-   use m_tecplot_snapshot, only: tecplot_snapshot_bytes
+   use m_snapshot_formats, only: format_slot_t, choose_formats
    use m_probe, only: probe_t, choose_particle, read_probe
    use m_particle_snapshot, only: take_snapshot
    use m_contact_area, only: projected_area
@@ -81,7 +80,7 @@ contains
       end if
       if (.not. error%happened()) call time_steps(found, scene, model, resting_points, error)
       if (error%happened()) then
-         error%message = 'no plan can be made, for the first steps of the scene fail: '//error%message
+         error%message = 'no plan can be made, because the first steps of the scene fail: '//error%message
          return
       end if
       call time_output(found, scene, model)
@@ -170,6 +169,7 @@ contains
       type(balance_t) :: balance
       type(snapshot_t) :: snapshot
       type(probe_t), allocatable :: probes(:)
+      type(format_slot_t), allocatable :: formats(:)
       real(wp) :: area, began, bytes, largest, value, position(3), stress(6), strain, recovered(6)
       integer :: f
       probes = [(choose_particle(model, scene%probes(f)%position), f=1, size(scene%probes))]
@@ -200,12 +200,14 @@ contains
          ! each is copied into the order of the file
          largest = max(largest, 8.0_wp*size(snapshot%fields(f)%values))
       end do
-      if (scene%output%tecplot) found%rates%snapshot = found%rates%snapshot &
-                                                       + model%communicator%maximum(value*bytes/8.0_wp)
-      found%snapshot_bytes = model%communicator%sum_real(bytes)
+      call choose_formats(scene%output%formats, formats)
       found%file_bytes = 0.0_wp
-      if (scene%output%hdf5) found%file_bytes = hdf5_snapshot_bytes(snapshot)
-      if (scene%output%tecplot) found%file_bytes = found%file_bytes + tecplot_snapshot_bytes(snapshot)
+      do f = 1, size(formats)
+         found%file_bytes = found%file_bytes + formats(f)%it%bytes(snapshot)
+         if (formats(f)%it%is_text) found%rates%snapshot = found%rates%snapshot &
+                                                           + model%communicator%maximum(value*bytes/8.0_wp)
+      end do
+      found%snapshot_bytes = model%communicator%sum_real(bytes)
       largest = largest + 12.0_wp*size(snapshot%id) ! their order
       found%writing_bytes = model%communicator%sum_real(largest)
       found%library_bytes = model%communicator%ranks*library

@@ -143,7 +143,8 @@ contains
       if (every <= 0.0_wp) every = scene%end_time/1000
       prospect%rows = 0.0_wp
       if (scene%output%present) prospect%rows = min(prospect%steps, 1 + (scene%end_time - model%time)/every)
-      if (.not. scene%output%present .or. .not. (scene%output%hdf5 .or. scene%output%tecplot)) return
+      if (.not. scene%output%present) return
+      if (size(scene%output%formats) == 0) return
       prospect%snapshots = 1.0_wp
       if (.not. scene%output%every > 0.0_wp) return
       every = max(scene%output%every, scene%end_time/many)

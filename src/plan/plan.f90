@@ -46,7 +46,7 @@ contains
       price%buffers = found%snapshot_bytes + kept
       price%base = model%communicator%sum_real(real(peak_memory(), wp)) - price%stores/(1.0_wp + spare_room) &
                    - price%tiles - price%buffers
-      if (found%prospect%snapshots > 0.0_wp .and. scene%output%hdf5) then
+      if (found%prospect%snapshots > 0.0_wp .and. scene%output%writes('hdf5')) then
          price%buffers = price%buffers + found%writing_bytes
          price%base = price%base + found%library_bytes
       end if

@@ -45,7 +45,7 @@ contains
          call integrator%step(model, integrator%next_step(scene, model, 1.0_wp), error)
          call console%lines(integrator%messages())
          if (error%happened()) then
-            error%message = 'no plan can be made, for the first steps of the scene fail: '//error%message
+            error%message = 'no plan can be made, because the first steps of the scene fail: '//error%message
             return
          end if
          seconds = model%communicator%maximum(wall_time() - began)

@@ -21,7 +21,6 @@ module m_freedom
       real(wp) :: reach = 1.0_wp     !< largest speed that a unit of its speed gives to the surface: 1, or m
    contains
       procedure :: is_pushed
-      procedure :: is_held
       procedure :: begin_step
       procedure :: give_way
       procedure :: advance
@@ -39,13 +38,6 @@ contains
       class(freedom_t), intent(in) :: self
       is_pushed = allocated(self%spec%loads)
    end function is_pushed
-
-   !> True when nothing ever moves it.
-   pure logical function is_held(self)
-      class(freedom_t), intent(in) :: self
-      is_held = .not. self%is_pushed()
-      if (is_held) is_held = .not. any(abs(self%spec%speeds) > 0.0_wp)
-   end function is_held
 
    !> Set the speed of a step: the mean of the given one, or the one to which the loads alone would bring it.
    pure subroutine begin_step(self, time, time_step)

@@ -11,6 +11,7 @@ program patch
    use m_communicator, only: communicator_t
    use m_energy, only: measure, sums_t
    use m_effects, only: known_effects
+   use m_snapshot_formats, only: known_formats
    use m_errors, only: error_t
    use m_lammps, only: lammps_t, usual_library
    use m_materials, only: known_materials
@@ -58,6 +59,7 @@ contains
       character(len=:), allocatable :: text
       call known_materials(catalogue)
       call known_effects(catalogue)
+      call known_formats(catalogue)
       text = '&scene title=''patch'', end_time=1 /'//new_line('a')// &
              '&grid lower='//three(0.0_wp)//', upper='//three(56*a)//', cell_size='//exact_text(4*a)//' /'// &
              '&material name=''m'', model=''cauchy_born'', density='//exact_text(density)//', '//potential// &

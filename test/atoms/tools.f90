@@ -11,6 +11,7 @@ program tools
    use m_atom_fields, only: atom_fields_t, fields_of
    use m_communicator, only: communicator_t
    use m_effects, only: known_effects
+   use m_snapshot_formats, only: known_formats
    use m_bravais, only: bravais_t
    use m_group_reader, only: group_reader_t
    use m_namelist_text, only: namelist_text_t
@@ -67,6 +68,7 @@ contains
       given = text
       call known_materials(catalogue)
       call known_effects(catalogue)
+      call known_formats(catalogue)
       call interpret_scene(comm, catalogue, given, scene, error)
       call test%check(.not. error%happened(), 'the scene is read', error%message)
    end subroutine read_scene

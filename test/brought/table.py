@@ -223,7 +223,7 @@ def all_heights():
     volume("ESRI's grid", writers.esri(square, 5e-8), esri)
     blank = square.copy()
     blank[3, 4] = -9999
-    refuse(SURFACE, "ESRI's grid with no data", writers.esri(blank, 5e-8), "which stands for no value")
+    refuse(SURFACE, "ESRI's grid with no data", writers.esri(blank, 5e-8), "which marks a missing value")
     refuse(SURFACE, "heights in nm, no scale", writers.matrix(1e9 * heights), "with scale=1 are", apart)
     spike = heights.copy()
     spike[4, 5] = 1e-3

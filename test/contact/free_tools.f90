@@ -12,7 +12,8 @@ program free_tools
    use m_sphere, only: sphere_t
    use m_roller, only: roller_t
    use m_vectors, only: cross
-   use m_scene, only: scene_t, tool_spec_t, motion_spec_t, boundary_free, boundary_symmetry, boundary_fixed
+   use m_scene, only: scene_t, tool_spec_t, motion_spec_t
+   use m_side_kinds, only: boundary_free, boundary_symmetry, boundary_fixed
    use m_model, only: model_t
    use m_energy, only: sums_t, measure
    use m_advance, only: advance

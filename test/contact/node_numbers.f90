@@ -5,6 +5,7 @@
 program node_numbers
    use m_kinds, only: wp, i8
    use m_communicator, only: communicator_t
+   use m_near_ranks, only: near_ranks_t
    use m_contact_system, only: contact_system_t
    use m_contact_nodes, only: nodal_forces_t
    use m_assertions, only: assertions_t
@@ -16,6 +17,7 @@ program node_numbers
    integer, parameter :: last(4) = [1, 2, 1, 2] !< nodes of a point along each axis run from its corner to
                                                 !< here
    type(communicator_t) :: comm
+   type(near_ranks_t) :: alone
    type(assertions_t) :: test
    type(contact_system_t) :: system
    type(nodal_forces_t), allocatable :: parts(:)
@@ -23,6 +25,7 @@ program node_numbers
    logical :: free(8)
    integer :: n, order(8), p, q
    call comm%start()
+   allocate (alone%ranks(0))
    call test%start(comm, 'node_numbers')
 
    ! four contact points, one of them in the bin of another
@@ -42,7 +45,7 @@ program node_numbers
    order = [3, 1, 4, 2, 3, 1, 1, 4]
    call fill(order)
    call test%check(all_come_back(), 'places come back where rows share a cell')
-   call system%nodes%connect(comm, [integer ::])
+   call system%nodes%connect(comm, alone)
    call system%activate(1, size(order))
    force = [(2.0_wp**p, p=1, size(order))]
    call system%nodal_forces(force, parts)
@@ -57,7 +60,7 @@ program node_numbers
    call test%check_close(sums, given, 1.0e-9_wp, 'first moments of the forces')
 
    ! what comes of it at the points, by plain sums over the nodes that two of them share
-   call system%nodes%connect(comm, [integer ::])
+   call system%nodes%connect(comm, alone)
    call system%multiply(force, speed)
    do p = 1, size(order)
       along = 0.0_wp

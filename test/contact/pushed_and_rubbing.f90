@@ -12,7 +12,8 @@ program pushed_and_rubbing
    use m_flat, only: flat_t
    use m_shape, only: shape_t
    use m_sphere, only: sphere_t
-   use m_scene, only: scene_t, tool_spec_t, boundary_free, boundary_roller
+   use m_scene, only: scene_t, tool_spec_t
+   use m_side_kinds, only: boundary_free, boundary_roller
    use m_model, only: model_t
    use m_energy, only: sums_t, measure
    use m_advance, only: advance

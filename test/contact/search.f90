@@ -7,7 +7,8 @@ program search
    use m_kinds, only: wp
    use m_node_values, only: tile_last
    use m_communicator, only: communicator_t
-   use m_scene, only: scene_t, grid_spec_t, tool_spec_t, boundary_free
+   use m_scene, only: scene_t, grid_spec_t, tool_spec_t
+   use m_side_kinds, only: boundary_free
    use m_sphere, only: sphere_t
    use m_cone, only: cone_t
    use m_flat, only: flat_t

@@ -79,16 +79,16 @@ CASES = {  # name: (content, what the sentence has, what else the tool has)
     "a corner has moved": (triangles(moved), "is not closed: the edge from ", ""),
     "a triangle is twice": (
         triangles(lambda t: np.concatenate([t, t[5:6]])),
-        "is no closed surface: the edge from ",
+        "is not a closed surface: the edge from ",
         "",
     ),
     "a triangle is turned over": (
         triangles(lambda t: np.concatenate([t[:1, ::-1], t[1:]])),
-        "is no closed surface: the edge from ",
+        "is not a closed surface: the edge from ",
         "",
     ),
     "inside out": (triangles(lambda t: t[:, ::-1]), "is inside out", ""),
-    "a flat triangle": (triangles(flat), "has a triangle without area", ""),
+    "a flat triangle": (triangles(flat), "has a degenerate triangle", ""),
     "only a face": (triangles(lambda t: t[:1]), "is not closed", ""),
     "no triangles": (binary[:80] + bytes(4), "has no triangles", ""),
     "not a number": (bytes(nan), "has a corner of triangle 1 that is not a finite number", ""),
@@ -96,11 +96,11 @@ CASES = {  # name: (content, what the sentence has, what else the tool has)
     "two billion triangles": (bytes(many), "says it has 2000000000 triangles; allowed: 1 to 20000000", ""),
     "cut off": (binary[:-10], "says it has ", ""),
     "too long": (binary + binary, "says it has ", ""),
-    "a header alone": (binary[:50], "is no STL (binary or text), no OBJ file, and", ""),
+    "a header alone": (binary[:50], "is neither STL (binary or text), nor OBJ, nor", ""),
     "empty": (b"", "is empty", ""),
-    "another format": (b"\x89PNG\r\n\x1a\n" + bytes(200), "is a picture; allowed: ", ""),
+    "another format": (b"\x89PNG\r\n\x1a\n" + bytes(200), "is an image; allowed: ", ""),
     "a damaged HDF5 file": (b"\x89HDF\r\n\x1a\n" + bytes(200), "is an HDF5 file without", "spacing=1,1, "),
-    "prose": (b"these are no triangles\n" * 20, "is no STL (binary or text), no OBJ file, and", ""),
+    "prose": (b"these are no triangles\n" * 20, "is neither STL (binary or text), nor OBJ, nor", ""),
     "text without its end": (ascii_[: len(ascii_) // 2].encode(), "", ""),
     "text with a word for a number": (
         ascii_.replace("vertex 0 0 0", "vertex 0 zero 0", 1).encode(),
@@ -120,13 +120,17 @@ CASES = {  # name: (content, what the sentence has, what else the tool has)
     "text with another word": (ascii_.replace("endloop", "endlop", 1).encode(), "unknown word 'endlop'", ""),
     "a corner that is not there": (
         (waves + "f 1 2 999999\n").encode(),
-        "'999999' is no number of a corner above",
+        "'999999' is not the number of a vertex above",
         "",
     ),
-    "a face without its number": ((waves + "f 1 2 x\n").encode(), "'x' is no number of a corner above", ""),
+    "a face without its number": (
+        (waves + "f 1 2 x\n").encode(),
+        "'x' is not the number of a vertex above",
+        "",
+    ),
     "a face that crosses itself": (
         (waves + "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 1 -1 0\nv 0 2 0\nf -5 -4 -3 -2 -1\n").encode(),
-        "the face crosses itself",
+        "the face intersects itself",
         "",
     ),
     "a face with many corners": (
@@ -136,7 +140,11 @@ CASES = {  # name: (content, what the sentence has, what else the tool has)
     ),
     "corners alone": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "has no triangles", ""),
     "heights without spacing": (heights.encode(), "holds heights; spacing must be given", ""),
-    "triangles with spacing": (binary, "holds triangles; spacing is for heights", "spacing=1,1, "),
+    "triangles with spacing": (
+        binary,
+        "holds triangles, for which spacing is not used; leave it out",
+        "spacing=1,1, ",
+    ),
     "a row is short": (
         heights.replace("1 2 1", "1 2").encode(),
         "line 3: has 2 numbers, the first row 3",
@@ -166,7 +174,7 @@ CASES = {  # name: (content, what the sentence has, what else the tool has)
     ),
     "no value at a place": (
         b"0 2 0\n1 2 1\n0 2 -9999\n",
-        "holds -9999 at place 3 of row 3 (1 in all), which stands for no value; the others are 0 to 2",
+        "holds -9999 at place 3 of row 3 (1 in all), which marks a missing value; the others are 0 to 2",
         "spacing=0.1,0.1, scale=1e-3, ",
     ),
     "places and heights": (

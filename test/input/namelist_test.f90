@@ -10,12 +10,13 @@ program namelist_test
    use m_kinds, only: wp
    use m_namelist_text, only: namelist_text_t
    use m_number_text, only: read_real, read_integer, number_good, number_none, number_infinite, number_size
-   use m_scene, only: scene_t, boundary_fixed, boundary_free, update_musl, criterion_none, criterion_stress, &
-      criterion_strain
+   use m_scene, only: scene_t, update_musl, criterion_none, criterion_stress, criterion_strain
+   use m_side_kinds, only: boundary_free, boundary_fixed
    use m_offer, only: catalogue_t
    use m_materials, only: known_materials
    use m_isotropic, only: isotropic_t
    use m_effects, only: known_effects
+   use m_snapshot_formats, only: known_formats
    use m_scene_reader, only: interpret_scene
    use m_shape, only: shape_t
    use m_box, only: box_t
@@ -41,6 +42,7 @@ program namelist_test
    call test%start(communicator, 'namelist')
    call known_materials(catalogue)
    call known_effects(catalogue)
+   call known_formats(catalogue)
    call test_grammar()
    call test_numbers()
    call test_words()

@@ -18,6 +18,7 @@ program read_quickly
    use m_offer, only: catalogue_t
    use m_materials, only: known_materials
    use m_effects, only: known_effects
+   use m_snapshot_formats, only: known_formats
    implicit none
    type(catalogue_t) :: catalogue
    type(scene_t) :: scene, again
@@ -31,6 +32,7 @@ program read_quickly
 
    call known_materials(catalogue)
    call known_effects(catalogue)
+   call known_formats(catalogue)
    ok = .true.
    call read_standard_input(longest_scene, text, ok)
    if (.not. ok) stop

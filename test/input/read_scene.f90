@@ -17,6 +17,7 @@ program read_scene_driver
    use m_offer, only: catalogue_t
    use m_materials, only: known_materials
    use m_effects, only: known_effects
+   use m_snapshot_formats, only: known_formats
    use m_scene_groups, only: known_variables
    use m_scene_reader, only: read_scene, interpret_scene, longest_scene
    use m_scene_writer, only: scene_as_namelist
@@ -36,6 +37,7 @@ program read_scene_driver
    call communicator%start()
    call known_materials(catalogue)
    call known_effects(catalogue)
+   call known_formats(catalogue)
    status = 0
    if (command_argument_count() == 0) then
       call read_scene(communicator, catalogue, '', scene, error)

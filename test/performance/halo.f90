@@ -12,6 +12,7 @@ program halo
    use m_offer, only: catalogue_t
    use m_materials, only: known_materials
    use m_effects, only: known_effects
+   use m_snapshot_formats, only: known_formats
    use m_scene_reader, only: read_scene
    use m_model, only: model_t
    use m_sorting, only: sorted_order
@@ -26,6 +27,7 @@ program halo
    call communicator%start()
    call known_materials(catalogue)
    call known_effects(catalogue)
+   call known_formats(catalogue)
    call read_scene(communicator, catalogue, '', scene, error)
    if (.not. error%happened()) call model%build(communicator, scene, error)
    if (error%happened()) error stop 'the scene is not valid'

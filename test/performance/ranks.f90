@@ -9,6 +9,7 @@ program ranks
    use m_offer, only: catalogue_t
    use m_materials, only: known_materials
    use m_effects, only: known_effects
+   use m_snapshot_formats, only: known_formats
    use m_scene_reader, only: read_scene
    use m_model, only: model_t
    use m_grid_level, only: make_grid_level
@@ -34,6 +35,7 @@ program ranks
    call communicator%start()
    call known_materials(catalogue)
    call known_effects(catalogue)
+   call known_formats(catalogue)
    call read_scene(communicator, catalogue, '', scene, error)
    if (error%happened()) error stop 'the scene is not valid'
    if (size(scene%levels) == 0) then

@@ -69,6 +69,7 @@ to_be_made = {
     "src/effects/shaking.f90",
     "src/geometry/torus.f90",
     "src/friction/cohesive.f90",
+    "src/io/csv_snapshot.f90",
 }
 texts = [
     path

@@ -2,13 +2,15 @@
 
 extract TEXT TREE   put the Fortran blocks of TEXT where the paragraph before each says: a new file, a line of
 a list, a scene (here) check RUN LOG       compare what the run of the law and the effect wrote and said with
-the exact answer that TEXT gives ring RUN, dragged RUN   the same of the runs of the shape and of the friction"""
+the exact answer that TEXT gives ring RUN, dragged RUN, braked RUN   the same of the runs of the shape, of the friction, and of the
+format and the number that is kept"""
 
 import cmath
 import re
 import sys
 from pathlib import Path
 
+import h5py
 import numpy as np
 
 from checks import close
@@ -18,11 +20,13 @@ from runs import *
 def extract(text, tree):
     """The last `path` of the paragraph before a block is where it belongs."""
     placed = 0
-    for before, block in re.findall(
-        r"((?:[^\n]+\n)+)\n```fortran\n(.*?)^```", Path(text).read_text(), re.M | re.S
+    for before, is_diff, block in re.findall(
+        r"((?:[^\n]+\n)+)\n```(?:fortran|(diff))\n(.*?)^```", Path(text).read_text(), re.M | re.S
     ):
         path = re.findall(r"`([\w/]+\.\w+)`", before)[-1]
-        if path.endswith(".nml"):
+        if is_diff:
+            change(Path(tree) / path, block)
+        elif path.endswith(".nml"):
             Path(path).write_text(block)
         elif (Path(tree) / path).exists():
             lines = (Path(tree) / path).read_text().splitlines(keepends=True)
@@ -32,7 +36,18 @@ def extract(text, tree):
         else:
             (Path(tree) / path).write_text(block)
         placed += 1
-    require(f"{text}: eleven blocks, not {placed}", placed == 11)
+    require(f"{text}: sixteen blocks, not {placed}", placed == 16)
+
+
+def change(path, diff):
+    """Hunks behind `@@`: each must fit in one place."""
+    text = path.read_text()
+    for hunk in re.split(r"^@@\n", diff, flags=re.M):
+        lines = hunk.splitlines(keepends=True)
+        old = "".join(line[1:] for line in lines if line[0] in " -")
+        require(f"{path}: one place for {old!r}", text.count(old) == 1)
+        text = text.replace(old, "".join(line[1:] for line in lines if line[0] in " +"))
+    path.write_text(text)
 
 
 def mode(t, omega, tau, drive):
@@ -112,10 +127,32 @@ def check_dragged(run):
     require("both parts of it matter", 0.05 * pressing > 100)
 
 
+def check_braked(run):
+    run = Path(run)
+    energy = History(run / "energy.dat")
+    with h5py.File(max(run.glob("checkpoint_*"))) as file:
+        peak = float(np.ravel(file["state/peak_kinetic"])[0])
+    close("largest kinetic energy, J", peak, 128.0, 1e-9)
+    require("the block is slower by then", energy["kinetic"][-1] < 0.5 * peak)
+    tables = sorted(run.glob("particles_*.csv"))
+    require("a CSV file beside each HDF5 file", len(tables) == len(list(run.glob("particles_*.hdf"))) >= 2)
+    for path in tables:
+        rows = np.genfromtxt(path, delimiter=",", names=True)
+        with h5py.File(path.with_suffix(".hdf")) as file:
+            points, data = file["VTKHDF/Points"][:], file["VTKHDF/PointData"]
+            order, mine = np.argsort(data["id"][:]), np.argsort(rows["id"])
+            require(f"{path}: the same ids", np.array_equal(data["id"][:][order], rows["id"][mine]))
+            for axis, name in enumerate("xyz"):
+                require(f"{path}: {name}", np.array_equal(points[order, axis], rows[name][mine]))
+            require(f"{path}: mass", np.array_equal(data["mass"][:][order], rows["mass"][mine]))
+
+
 if sys.argv[1] == "extract":
     extract(*sys.argv[2:])
 elif sys.argv[1] == "ring":
     check_ring(*sys.argv[2:])
+elif sys.argv[1] == "braked":
+    check_braked(*sys.argv[2:])
 elif sys.argv[1] == "dragged":
     check_dragged(*sys.argv[2:])
 else:

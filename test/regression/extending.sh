@@ -1,9 +1,9 @@
 #!/bin/bash
 #test: beside
 #test: limit 120
-# The example of doc/developer/extending.md, taken out of that text into a copy of the tree: one new file and one line for a law, for an effect,
-# for a shape and for a law of friction, nothing else; it builds, and scenes that name them give the known answers. With a field planted there that no effect
-# was called for, the test effects_free must fail.
+# The examples of doc/developer/extending.md, taken out of that text into a copy of the tree: one new file and one line for a law, an effect, a shape, a law
+# of friction and a format of snapshots, two files changed for a number that a run keeps, nothing else; it builds, and scenes that name them give the known
+# answers. With a field planted there that no effect was called for, the test effects_free must fail.
 . "$(dirname "$0")/../harness/env.sh"
 unset MAKEFLAGS MFLAGS MAKELEVEL MAKEOVERRIDES
 mkdir -p tree/build/"$BUILD"/obj
@@ -19,13 +19,15 @@ cat >wanted <<'END'
 Only in tree/src/effects: shaking.f90
 Only in tree/src/friction: cohesive.f90
 Only in tree/src/geometry: torus.f90
+Only in tree/src/io: csv_snapshot.f90
 Only in tree/src/laws: kelvin_voigt.f90
 END
 grep '^Only in' differences | cmp - wanted || fail "other new files: $(cat differences)"
-[ "$(grep -c '^diff ' differences)" -eq 4 ] && [ "$(grep -c '^> ' differences)" -eq 4 ] && ! grep -q '^< ' differences ||
-   fail "more than a line in each list: $(cat differences)"
-grep '^> ' differences | grep -v 'use m_\(kelvin_voigt\|shaking\|torus\|cohesive\)' && fail 'another line'
-echo "   differs: $(wc -l <wanted) new files, $(grep -c '^> ' differences) lines"
+lists=$(awk '/^(diff|Only)/ {other = /model\/(energy|state).f90/} !other' differences)
+[ "$(grep -c '^diff ' differences)" -eq 7 ] && [ "$(grep -c '^> ' <<<"$lists")" -eq 5 ] && ! grep -q '^< ' <<<"$lists" ||
+   fail "more than a line in each list, and two files: $(cat differences)"
+grep '^> ' <<<"$lists" | grep -v 'use m_\(kelvin_voigt\|shaking\|torus\|cohesive\|csv_snapshot\)' && fail 'another line'
+echo "   differs: $(wc -l <wanted) new files, $(grep -c '^> ' <<<"$lists") lines of lists, 2 files changed"
 
 build() {
    make -C tree BUILD="$BUILD" >build.log 2>&1 || fail "the tree does not build: $(tail -n 30 build.log)"
@@ -42,6 +44,11 @@ with_example=$PWD/tree/build/$BUILD/gimp3d
 "$PYTHON" "$ROOT/test/regression/extending.py" ring out/ring
 "$with_example" <dragged.nml >dragged.log 2>&1 || fail "the dragged block ends with status $?: $(tail -n 3 dragged.log)"
 "$PYTHON" "$ROOT/test/regression/extending.py" dragged out/dragged
+
+timeout 60 "$with_example" <braked.nml >braked.log 2>&1 || fail "the braked block ends with status $?: $(tail -n 3 braked.log)"
+sed -i 's/end_time=0.1/end_time=0.2/' braked.nml
+timeout 60 mpirun -n 2 "$with_example" <braked.nml >braked2.log 2>&1 || fail "its second half ends with status $?: $(tail -n 3 braked2.log)"
+"$PYTHON" "$ROOT/test/regression/extending.py" braked out/braked
 
 sed -i "s/^\( *\)call table%declare('stress', .*/\1call table%declare('planted', 1, '1', written=.false.)\n&/" \
    tree/src/model/model.f90

@@ -77,6 +77,6 @@ sed "s/&scene /\&scene mode='plan', /" "$ROOT/test/regression/leaving.nml" >leav
 for n in 1 2; do
    status=0
    run_scene $n leaving.nml leaving.log || status=$?
-   [ $status -eq 3 ] && grep -q '^gimp3d: no plan can be made, for the first steps of the scene fail: .* left the grid' leaving.log ||
+   [ $status -eq 3 ] && grep -q '^gimp3d: no plan can be made, because the first steps of the scene fail: .* left the grid' leaving.log ||
       fail "plan of a scene that fails, on $n: status $status, $(cat leaving.log)"
 done

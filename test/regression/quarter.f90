@@ -7,8 +7,9 @@ program quarter
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
    use m_box, only: box_t
-   use m_scene, only: scene_t, grid_spec_t, boundary_free, boundary_symmetry, boundary_roller, update_usl, &
-                      update_musl, domain_fixed, domain_stretch, domain_corners
+   use m_scene, only: scene_t, grid_spec_t, update_usl, update_musl
+   use m_side_kinds, only: boundary_free, boundary_symmetry, boundary_roller
+   use m_domain_kinds, only: domain_fixed, domain_stretch, domain_corners
    use m_materials, only: material_of
    use m_model, only: model_t
    use m_advance, only: advance

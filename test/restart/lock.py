@@ -63,7 +63,7 @@ for ranks in (1, 2):
     )
     before = contents()
     going_on = (
-        rf"^gimp3d: out belongs to a run that is going on, process {field(text, 'process')} on \S+ since .*: "
+        rf"^gimp3d: out is in use by a running gimp3d, process {field(text, 'process')} on \S+ since .*: "
         "wait for its end"
     )
     ask(f"{ranks} ranks: a second run", 4, going_on, short_one)

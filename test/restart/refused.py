@@ -86,12 +86,15 @@ refused("an unknown argument", 2, "^unknown argument --resume; usage: ", argumen
 refused("no directory", 2, "^--restart needs one directory; usage: ", arguments=["--restart"])
 refused("a directory and a scene", 2, "^--restart goes with no scene", arguments=["--restart", "a", "b"])
 refused(
-    "a directory that is not there", 2, "^cannot go on from nowhere: nowhere is not there", restart="nowhere"
+    "a directory that is not there",
+    2,
+    "^cannot restart from nowhere: nowhere is not there",
+    restart="nowhere",
 )
 refused(
     "a run without checkpoints",
     2,
-    "^cannot go on from straight: straight holds no checkpoint",
+    "^cannot restart from straight: straight holds no checkpoint",
     restart="straight",
 )
 refused(
@@ -145,13 +148,13 @@ for path in (older, newer):
 refused(
     "nothing but damaged ones",
     4,
-    f"^cannot go on from damaged: it holds no whole checkpoint; damaged/{newer.name} is 700 bytes",
+    f"^cannot restart from damaged: it holds no complete checkpoint; damaged/{newer.name} is 700 bytes",
     restart="damaged",
 )
 refused(
     "the same on 2 ranks",
     4,
-    f"^cannot go on from damaged: it holds no whole checkpoint; damaged/{newer.name} is 700 bytes",
+    f"^cannot restart from damaged: it holds no complete checkpoint; damaged/{newer.name} is 700 bytes",
     restart="damaged",
     ranks=2,
 )
@@ -199,36 +202,25 @@ def without(name):
 planted(
     "nothing changed under a new seal: a count",
     4,
-    "its blocks are not those of its scene",
+    "its blocks do not match its scene",
     put("blocks/table", (0, 2), 10**7),
 )
 planted(
-    "a block that is not there",
-    4,
-    "its blocks are not those of its scene",
-    put("blocks/table", (0, 1), 10**9),
+    "a block that is not there", 4, "its blocks do not match its scene", put("blocks/table", (0, 1), 10**9)
+)
+planted("a level that is not there", 4, "its blocks do not match its scene", put("blocks/table", (0, 0), 3))
+planted(
+    "a bin that is not there", 4, "its particles do not match its scene", put("particles/own", (7, 2), 600)
 )
 planted(
-    "a level that is not there", 4, "its blocks are not those of its scene", put("blocks/table", (0, 0), 3)
+    "a body that is not there", 4, "its particles do not match its scene", put("particles/own", (7, 1), 2)
 )
 planted(
-    "a bin that is not there",
-    4,
-    "its particles are not those of its scene",
-    put("particles/own", (7, 2), 600),
-)
-planted(
-    "a body that is not there", 4, "its particles are not those of its scene", put("particles/own", (7, 1), 2)
-)
-planted(
-    "a particle elsewhere",
-    4,
-    "its particles are not those of its scene",
-    put("particles/position", (7, 1), 1e3),
+    "a particle elsewhere", 4, "its particles do not match its scene", put("particles/position", (7, 1), 1e3)
 )
 planted("no field", 4, "table /particles/stress has another size", without("particles/stress"))
 planted("no state", 4, "table /state/clock has another size", without("state/clock"))
-planted("another scene", 4, "not those of its scene", case_of_another)
+planted("another scene", 4, "do not match its scene", case_of_another)
 
 # what may change: the end, the output, the checkpoints
 run(

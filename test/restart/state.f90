@@ -51,6 +51,7 @@ program state
    use m_offer, only: catalogue_t
    use m_materials, only: known_materials
    use m_effects, only: known_effects
+   use m_snapshot_formats, only: known_formats
    use m_scene, only: scene_t
    use m_scene_reader, only: interpret_scene
    use m_model, only: model_t
@@ -76,6 +77,7 @@ program state
    call test%start(comm, 'state')
    call known_materials(catalogue)
    call known_effects(catalogue)
+   call known_formats(catalogue)
    call keep('moving levels', '&scene end_time=1 / &grid lower=0,0,0, upper=40e-6,16e-6,16e-6'//rubber// &
              ' &level shape=''box'', lower=8e-6,0,0, upper=20e-6,16e-6,16e-6, follow=''ball'' / ' &
              //'&body name=''ball'', material=''r'', shape=''sphere'', center=14e-6,8e-6,8e-6, radius=3e-6,' &

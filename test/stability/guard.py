@@ -122,14 +122,14 @@ ends(
     "a stress that is not a number, level 2",
     "stress 15 9 2 1",
     LEVELS,
-    r"has stress NaN Pa, which must be a number",
+    r"has stress NaN Pa, which is not finite",
     level=2,
 )
 ends(
     "a stress that is not a number",
     "stress 15 9 1 1",
     FLY,
-    r"has stress NaN Pa, which must be a number",
+    r"has stress NaN Pa, which is not finite",
     ranks=(1,),
 )
 ends(

@@ -12,7 +12,7 @@ program map
    use mpi_f08, only: MPI_COMM_SELF
    use m_kinds, only: wp
    use m_communicator, only: communicator_t
-   use m_scene, only: domain_fixed, domain_stretch, domain_corners
+   use m_domain_kinds, only: domain_fixed, domain_stretch, domain_corners
    use m_ringing, only: setting_t, largest_growth, hopeless
    implicit none
    integer, parameter :: particle_numbers(3) = [1, 8, 27], domains(3) = [domain_fixed, domain_stretch, &

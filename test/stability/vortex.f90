@@ -122,7 +122,9 @@ program vortex
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
    use m_cylinder, only: cylinder_t
-   use m_scene, only: scene_t, boundary_symmetry, boundary_free, domain_fixed, domain_stretch, domain_corners
+   use m_scene, only: scene_t
+   use m_side_kinds, only: boundary_free, boundary_symmetry
+   use m_domain_kinds, only: domain_fixed, domain_stretch, domain_corners
    use m_materials, only: material_of
    use m_model, only: model_t
    use m_advance, only: advance

@@ -77,7 +77,7 @@ def short():
     check("a bar that vibrates: period, relative", swing("bar")[0] / swing("bar_jacobi")[0] - 1, 1e-6)
     text = ball("stalls", "gamg", 1, more="&anti_locking /\n")
     require("refused: anti-locking", "not with preconditioner='gamg'" in run(text, 1, allowed=(2,)))
-    words = "gamg is not with &level"
+    words = "gamg does not support &level"
     text = ball("refused", "gamg", 1, more="&level lower=0,0,3, upper=5,5,9 /\n")
     require(f"refused: {words}", words in run(text, 1, allowed=(2,)))
 

@@ -7,7 +7,7 @@ program manufactured_scene
    use, intrinsic :: iso_fortran_env, only: input_unit, error_unit
    use m_kinds, only: wp
    use m_communicator, only: communicator_t
-   use m_scene, only: domain_fixed, domain_stretch, domain_corners
+   use m_domain_kinds, only: domain_fixed, domain_stretch, domain_corners
    use m_manufactured, only: run_t, outcome_t, run
    implicit none
    type(communicator_t) :: comm

@@ -5,7 +5,8 @@ program boundary
    use m_constants, only: block_size
    use m_node_values, only: node_values, tile_last
    use m_communicator, only: communicator_t
-   use m_scene, only: grid_spec_t, boundary_free, boundary_symmetry, boundary_roller, boundary_fixed
+   use m_scene, only: grid_spec_t
+   use m_side_kinds, only: boundary_free, boundary_symmetry, boundary_roller, boundary_fixed
    use m_grid_level, only: grid_level_t, make_grid_level
    use m_level, only: level_t
    use m_boundary, only: apply_boundary, held_components, inside

@@ -9,7 +9,9 @@ program recovered_stress
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
    use m_box, only: box_t
-   use m_scene, only: scene_t, domain_fixed, domain_stretch, domain_corners, boundary_symmetry
+   use m_scene, only: scene_t
+   use m_side_kinds, only: boundary_symmetry
+   use m_domain_kinds, only: domain_fixed, domain_stretch, domain_corners
    use m_materials, only: material_of
    use m_model, only: model_t
    use m_recovered_stress, only: level_stress_t, recover_stress

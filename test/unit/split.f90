@@ -9,7 +9,8 @@ program split
    use m_walls, only: keep_inside
    use m_field_table, only: layout_t, shares_t
    use m_grid_level, only: grid_level_t, make_grid_level
-   use m_scene, only: body_spec_t, grid_spec_t, boundary_free, boundary_symmetry
+   use m_scene, only: body_spec_t, grid_spec_t
+   use m_side_kinds, only: boundary_free, boundary_symmetry
    use m_sorting, only: sorted_order
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t

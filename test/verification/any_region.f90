@@ -8,7 +8,8 @@ program any_region
    use m_kinds, only: wp
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
-   use m_scene, only: scene_t, boundary_symmetry
+   use m_scene, only: scene_t
+   use m_side_kinds, only: boundary_symmetry
    use m_region, only: make_region
    use m_model, only: model_t
    use m_move_regions, only: settle_particles

@@ -21,7 +21,7 @@
 program axis_aligned
    use m_kinds, only: wp
    use m_communicator, only: communicator_t
-   use m_scene, only: domain_stretch, domain_corners
+   use m_domain_kinds, only: domain_stretch, domain_corners
    use m_assertions, only: assertions_t
    use m_neo_hookean, only: neo_hookean_t
    use m_field_table, only: field_table_t, layout_t

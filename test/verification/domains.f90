@@ -8,8 +8,9 @@ program domains
    use m_communicator, only: communicator_t
    use m_materials, only: material_of
    use m_box, only: box_t
-   use m_scene, only: scene_t, grid_spec_t, domain_fixed, domain_stretch, domain_corners, boundary_free, &
-                      boundary_symmetry
+   use m_scene, only: scene_t, grid_spec_t
+   use m_side_kinds, only: boundary_free, boundary_symmetry
+   use m_domain_kinds, only: domain_fixed, domain_stretch, domain_corners
    use m_model, only: model_t
    use m_advance, only: advance
    use m_clock, only: clock_t

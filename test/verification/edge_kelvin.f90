@@ -12,7 +12,8 @@ program edge_kelvin
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
    use m_box, only: box_t
-   use m_scene, only: scene_t, domain_fixed
+   use m_scene, only: scene_t
+   use m_domain_kinds, only: domain_fixed
    use m_boundary, only: motion_parity
    use m_materials, only: material_of
    use m_anti_locking, only: anti_locking_t

@@ -11,10 +11,12 @@ program effects
    use m_timers, only: phases
    use m_offer, only: catalogue_t, offered
    use m_box, only: box_t
-   use m_scene, only: scene_t, grid_spec_t, boundary_roller, update_usl, update_usf, update_musl
+   use m_scene, only: scene_t, grid_spec_t, update_usl, update_usf, update_musl
+   use m_side_kinds, only: boundary_roller
    use m_materials, only: material_of
    use m_effect, only: effect_t, effect_slot_t
    use m_effects, only: known_effects
+   use m_snapshot_formats, only: known_formats
    use m_gravity, only: gravity_t
    use m_damping, only: damping_t
    use m_model, only: model_t
@@ -441,6 +443,7 @@ contains
       type(error_t) :: error
       type(catalogue_t) :: catalogue
       call known_effects(catalogue)
+      call known_formats(catalogue)
       call test%check(offered(catalogue%effects, 'gravity') > 0 .and. &
                       offered(catalogue%effects, 'damping') > 0, 'absent: the catalogue')
       call model%build(comm, flying(update_usl), error)

@@ -8,7 +8,8 @@ program inner_motion_test
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
    use m_box, only: box_t
-   use m_scene, only: scene_t, grid_spec_t, domain_fixed, domain_stretch, domain_corners
+   use m_scene, only: scene_t, grid_spec_t
+   use m_domain_kinds, only: domain_fixed, domain_stretch, domain_corners
    use m_materials, only: material_of
    use m_region, only: make_region
    use m_split, only: split_long, stuff_t

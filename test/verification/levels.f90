@@ -8,7 +8,9 @@ program levels
    use m_constants, only: pi, block_size
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
-   use m_scene, only: scene_t, boundary_symmetry, boundary_roller, domain_stretch, domain_corners
+   use m_scene, only: scene_t
+   use m_side_kinds, only: boundary_symmetry, boundary_roller
+   use m_domain_kinds, only: domain_stretch, domain_corners
    use m_model, only: model_t
    use m_energy, only: sums_t, measure
    use m_assertions, only: assertions_t

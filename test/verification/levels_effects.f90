@@ -6,7 +6,7 @@ program levels_effects
    use m_constants, only: pi
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
-   use m_scene, only: scene_t, boundary_symmetry
+   use m_scene, only: scene_t
    use m_effect, only: effect_t
    use m_gravity, only: gravity_t
    use m_damping, only: damping_t

@@ -10,7 +10,8 @@ program levels_waves
    use m_kinds, only: wp
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
-   use m_scene, only: scene_t, boundary_symmetry
+   use m_scene, only: scene_t
+   use m_side_kinds, only: boundary_symmetry
    use m_model, only: model_t
    use m_energy, only: sums_t, measure
    use m_assertions, only: assertions_t

@@ -20,7 +20,9 @@ module m_manufactured
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
    use m_box, only: box_t
-   use m_scene, only: scene_t, boundary_symmetry, update_usl, update_usf, domain_fixed
+   use m_scene, only: scene_t, update_usl, update_usf
+   use m_side_kinds, only: boundary_symmetry
+   use m_domain_kinds, only: domain_fixed
    use m_field_table, only: field_table_t, layout_t
    use m_particle_store, only: particle_store_t
    use m_effect, only: effect_t, hooks_t

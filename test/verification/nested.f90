@@ -7,7 +7,8 @@ module m_nested
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
    use m_box, only: box_t
-   use m_scene, only: scene_t, grid_spec_t, body_spec_t, level_spec_t, boundary_free, boundary_symmetry
+   use m_scene, only: scene_t, grid_spec_t, body_spec_t, level_spec_t
+   use m_side_kinds, only: boundary_symmetry
    use m_materials, only: material_of
    use m_block, only: block_t
    use m_effect, only: effect_t, hooks_t

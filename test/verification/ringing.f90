@@ -6,7 +6,8 @@ module m_ringing
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
    use m_box, only: box_t
-   use m_scene, only: scene_t, update_usl, domain_fixed
+   use m_scene, only: scene_t, update_usl
+   use m_domain_kinds, only: domain_fixed
    use m_materials, only: material_of
    use m_model, only: model_t
    use m_advance, only: advance

@@ -9,7 +9,8 @@ program stress_error
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
    use m_box, only: box_t
-   use m_scene, only: scene_t, domain_fixed, domain_stretch, domain_corners
+   use m_scene, only: scene_t
+   use m_domain_kinds, only: domain_fixed, domain_stretch, domain_corners
    use m_materials, only: material_of
    use m_model, only: model_t
    use m_indicators, only: stress_error_t, estimate_stress_error

@@ -1,0 +1,21 @@
+!> The conditions that a side of the grid may have (`boundary` of &grid; theory.md, eq. boundary): how a scene
+!> names them, and what others ask about them. What they do to nodes stands in m_boundary.
+module m_side_kinds
+   implicit none
+   private
+
+   type, public :: side_kind_t
+      character(len=8) :: name = ''
+      logical :: closed = .true.   !< nothing of a body leaves the grid there
+      logical :: mirrors = .false. !< the body goes on beyond as its mirror image
+      logical :: holds_all = .false. !< nodes do not move at all; else, of a closed side, not along its normal
+   end type side_kind_t
+
+   integer, parameter, public :: boundary_free = 0, boundary_symmetry = 1, boundary_roller = 2, &
+                                 boundary_fixed = 3
+
+   type(side_kind_t), parameter, public :: side_kinds(0:3) = &
+      [side_kind_t('free', closed=.false.), side_kind_t('symmetry', mirrors=.true.), &
+       side_kind_t('roller'), side_kind_t('fixed', holds_all=.true.)]
+
+end module m_side_kinds
