@@ -127,7 +127,7 @@ contains
                   block%particles%column, level%gradient, fastest)
          if (fastest%particle > 0) call report_too_fast(model, l, b, fastest, motion%time_step, error)
          if (moves .and. model%method%stress_update /= update_usl) &
-            call follow_loads(model, l, b, motion, time)
+            call follow_loads(model, l, b, motion, time, .true.)
          call block%particles%changed()
          n = block%particles%count
          if (first > 0) block%particles%column(:n, first:first + 8) = level%gradient(:n, :)
@@ -144,12 +144,13 @@ contains
    !> The work of loads by the motion that a block's particles have just made (theory.md, eq. particle-work),
    !> with the gradient that their domains follow: that of the work array after the stress; where the stress
    !> has a solve of its own, which has not met the tools, that which is kept of it, and if none is, tools are
-   !> not followed.
-   subroutine follow_loads(model, l, b, motion, time)
+   !> not followed. `tools`: theirs too, whose candidates are those of the step.
+   subroutine follow_loads(model, l, b, motion, time, tools)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
       type(motion_t), intent(in) :: motion
       real(wp), intent(in) :: time !< of the level, s
+      logical, intent(in) :: tools
       associate (at => model%levels(l)%layout)
          if (model%method%stress_update == update_usl .or. at%gradient == 0) then
             call follow_with(model%levels(l)%gradient)
@@ -163,7 +164,7 @@ contains
          if (model%effect_step(l)%is_loaded(b)) &
             call model%effect_step(l)%follow(model%effects, model%levels(l), b, gradient, motion%position, &
                                              time, motion%time_step)
-         if (model%contact%followed .and. l == size(model%levels)) &
+         if (tools .and. model%contact%followed .and. l == size(model%levels)) &
             call model%contact%follow(model%levels(l), b, gradient, motion%position, motion%time_step)
       end subroutine follow_with
    end subroutine follow_loads

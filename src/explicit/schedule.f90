@@ -91,7 +91,7 @@ contains
             if (model%levels(l)%blocks(b)%left_out) cycle
             call stress_block(model, l, b, clock%step, error)
             if (model%method%stress_update /= update_usl) cycle
-            call follow_loads(model, l, b, motion_of(model, l, clock%step), clock%time)
+            call follow_loads(model, l, b, motion_of(model, l, clock%step), clock%time, .true.)
             call go_to_faces(model, l, b)
          case (cells)
             if (model%levels(l)%blocks(b)%left_out) then

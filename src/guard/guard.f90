@@ -254,7 +254,8 @@ contains
       type(balance_t), intent(in) :: balance !< the same on all ranks, but for last bits
       logical, intent(in) :: ends !< the scene does with this step: it is looked at for the last time
       type(error_t), intent(inout) :: error
-      associate (apart => max(abs(balance%effects_apart), abs(balance%tools_apart)))
+      associate (apart => max(abs(balance%effects_apart), merge(0.0_wp, abs(balance%tools_apart), &
+                                                                model%has_statics)))
          if (self%spec%work_limit <= 0.0_wp .or. &
              apart <= self%spec%work_limit*max(balance%largest, unsettled*self%quiet)) then
             self%apart_since = -1

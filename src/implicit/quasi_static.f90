@@ -16,7 +16,7 @@ module m_quasi_static
    use m_advance, only: migrate
    use m_trial_state, only: relaxation
    use m_equilibrium, only: equilibrium_t, found, too_far, called_off, not_held
-   use m_static_loads, only: find_contact, book_contact, any_friction
+   use m_static_loads, only: find_contact, book_contact, book_motion, any_friction
    use m_static_levels, only: longest_way, spread_aside
    use m_contact_complaints, only: forbid_contact
    use m_move_regions, only: move_regions, forget_edge_stress
@@ -102,6 +102,8 @@ contains
          self%equilibrium%system%inertia%share = self%spec%theta
          self%equilibrium%system%contact%share = self%spec%theta
          if (.not. self%spec%max_step > 0.0_wp) self%spec%max_step = self%spec%step
+         ! the particles' work is that of the mean of a step's ends
+         if (abs(self%spec%theta - 0.5_wp) > 0.0_wp) model%effect_step%follows_particles = .false.
       end if
       model%has_inertia = self%spec%has_inertia() .or. .not. self%spec%holds_at(model%time)
       call self%change(model, scene%quasi_static%holds_at(model%time))
@@ -280,7 +282,7 @@ contains
       model%bounds = bounds_t()
       model%last_step = 0.0_wp ! places and velocities are of one time
       call book_contact(self%equilibrium%system%contact, model, time_step, self%spec%has_inertia())
-      model%static_doubt = model%static_doubt + self%equilibrium%system%doubt(self%equilibrium%z)
+      call book_motion(self%equilibrium%system, self%equilibrium%z)
       if (self%spec%has_inertia()) then
          associate (it => self%equilibrium)
             call spread_aside(it%system%levels, model, it%system%inertia%mean_acceleration(it%z, time_step))

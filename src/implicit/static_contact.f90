@@ -25,13 +25,13 @@ module m_static_contact
       type(candidate_t) :: point
       real(wp) :: start(3) = 0.0_wp      !< where it is at the step's beginning, between bodies, m
       real(wp) :: outward(3) = 0.0_wp    !< which way its centre is outside the tool
-      real(wp) :: depth = 0.0_wp         !< of it below the centre, m
+      real(wp) :: depth = 0.0_wp, natural = 0.0_wp !< of it below the centre; that of the particle's shape, m
       real(wp) :: contact_compliance = 0.0_wp      !< gap that a unit of force closes, m/N
       real(wp) :: gap = 0.0_wp           !< to the tool or the other body at the step's end, m
       real(wp) :: normal(3) = 0.0_wp     !< outward from it there
       real(wp) :: turning(3, 3) = 0.0_wp !< how the normal turns as the point moves, 1/m
       real(wp) :: place(3) = 0.0_wp      !< where it is there, m
-      real(wp) :: force = 0.0_wp         !< N
+      real(wp) :: force = 0.0_wp, force_before = 0.0_wp !< at the step's end and beginning, N
       real(wp) :: kept(3) = 0.0_wp       !< slip by which friction gives way, from the last step, m
       real(wp) :: slip(3) = 0.0_wp       !< that and the step's slip, at the step's end, m
       real(wp) :: friction_force(3) = 0.0_wp        !< friction on the body, N
@@ -79,14 +79,13 @@ module m_static_contact
 contains
 
    !> The points within `reach` of the tools as they stand at the step's end; forces begin as they were.
-   subroutine find(self, level, materials, reach, compliance, pressure, friction)
+   subroutine find(self, level, materials, reach, compliance, columns)
       class(static_contact_t), intent(inout) :: self
       type(level_t), intent(inout) :: level
       type(materials_t), intent(in) :: materials
       real(wp), intent(in) :: reach      !< m
       real(wp), intent(in) :: compliance !< of a point: gap over cell under a pressure of Young's modulus
-      integer, intent(in) :: pressure    !< column of the last step's contact pressure
-      integer, intent(in) :: friction    !< first column of its friction; 0: none
+      integer, intent(in) :: columns(3) !< of pressure, friction (0: none), and first of which tool pressed
       integer :: b, n, t
       self%count = 0
       if (.not. allocated(self%list)) allocate (self%list(64))
@@ -100,7 +99,7 @@ contains
                associate (near => particles_near(tool, level, level%blocks(b), thickest(level) + reach))
                   do n = 1, size(near)
                      call consider(self, level, materials, [b, near(n), t], reach, compliance, &
-                                   [pressure, friction])
+                                   columns)
                   end do
                end associate
             end associate
@@ -113,8 +112,7 @@ contains
       type(static_contact_t), intent(inout) :: self
       type(level_t), intent(in) :: level
       type(materials_t), intent(in) :: materials
-      integer, intent(in) :: number(3)  !< of the block, the particle, the tool
-      integer, intent(in) :: columns(2) !< of pressure and friction
+      integer, intent(in) :: number(3), columns(3) !< of the block, the particle, the tool; as of find
       real(wp), intent(in) :: reach, compliance
       type(static_point_t) :: new
       real(wp) :: gap, normal(3), edge, thickness, to_face, span(3, 3), r(3, 3), centre(3), young
@@ -146,14 +144,16 @@ contains
          call set_face(c, level%grid, block%place, bin_place(int(block%cells%bin(p))), at%domain > 0, &
                        (centre - to_face*normal - block%origin)*level%grid%per_cell, span*level%grid%per_cell)
          c%from = centre
-         new%depth = self%tools%now(t)%spec%penetration_factor*thickness
-         c%arm = -new%depth*normal
          k = materials%of_body(block%particles%body(p))
          young = 0.5_wp/materials%slots(k)%law%complementary_energy( &
                  [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp])
          new%contact_compliance = self%share*compliance*level%grid%cell/(young*c%area)
          new%barred = self%tools%away(t)
          if (.not. new%barred) new%force = column(p, columns(1))*c%area/self%share
+         if (abs(column(p, columns(3) + t - 1)) > 0.0_wp) new%force_before = new%force
+         new%natural = self%tools%now(t)%spec%penetration_factor*thickness
+         new%depth = self%tools%depth_of(t, centre, new%natural, merge(-new%contact_compliance &
+            *new%force_before, column(p, columns(3) + t - 1), new%force_before > 0.0_wp))
          new%pressed = (new%force > 0.0_wp .or. gap <= touches*level%grid%cell) .and. .not. new%barred
          c%has_friction = has_friction(self%tools%now(t)%spec%friction)
          if (c%has_friction) then

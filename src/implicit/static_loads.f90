@@ -1,20 +1,26 @@
 !> Contact of a quasi-static step with the tools of the model and between its bodies, on the finest level:
-!> where tools go, and what is booked when the step has its equilibrium.
+!> where tools go, and what is booked when the step has its equilibrium: loads, and the balance of energy
+!> (theory.md, Quasi-static steps, Books).
 module m_static_loads
    use m_kinds, only: wp, i8
    use m_friction_law, only: has_friction
    use m_vectors, only: cross
    use m_model, only: model_t
-   use m_static_contact, only: static_contact_t
+   use m_boundary, only: motion_parity
+   use m_static_contact, only: static_contact_t, static_point_t
+   use m_static_levels, only: collect
+   use m_static_system, only: static_system_t
    use m_static_meetings, only: find_meeting_points, book_meetings
    use m_face_gap, only: find_gap, thickest
    use m_tool_reactions, only: reaction_t, close_ring, add_up
    implicit none
    private
-   public :: find_contact, book_contact, any_friction
+   public :: find_contact, book_contact, book_motion, any_friction
 
    integer, parameter :: max_checks = 50        !< for where a tool touches
    real(wp), parameter :: reach = 1.0_wp        !< cells: no point comes to a tool from further away in a step
+   integer, parameter :: voigt(9) = [1, 6, 5, 6, 2, 4, 5, 4, 3] !< column of the stress of component ij
+   real(wp), parameter :: free = 0.02_wp        !< of half a thickness: gap of a point that has come free
    real(wp), parameter :: touches = 1.0e-7_wp   !< cells: a tool so near touches
 
 contains
@@ -43,7 +49,8 @@ contains
       end do
       associate (finest => model%levels(size(model%levels)))
          call contact%find(finest, model%materials, reach*finest%grid%cell, compliance, &
-                           model%contact%candidates%pressure, model%contact%candidates%traction)
+                           [model%contact%candidates%pressure, model%contact%candidates%traction, &
+                            model%contact%candidates%carried])
          if (model%contact%pairs%active()) &
             call find_meeting_points(contact, model%communicator, finest, model%materials, &
                                      model%contact%pairs, model%time + time_step, compliance, again)
@@ -98,21 +105,22 @@ contains
    end function min_gap
 
    !> Collective: loads, works and pressures of the equilibrium, of which the nodes hold the displacements;
-   !> tools go to the step's end. Work is that of the mean of the loads at both ends; with inertia loads are
-   !> means over the step themselves.
+   !> tools go to the step's end. Work is that of the mean of the loads at both ends, of each point on the way
+   !> on which it touches; with inertia loads are means over the step themselves.
    subroutine book_contact(contact, model, time_step, over_step)
       type(static_contact_t), intent(in) :: contact
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: time_step !< s
       logical, intent(in) :: over_step  !< loads are means over the step
       type(reaction_t) :: reactions(size(contact%tools%now))
-      real(wp) :: load(3), moment(3), change
+      real(wp) :: load(3), moment(3), change, constraint, apart(size(contact%tools%now)), taken
       integer :: t
       if (.not. model%contact%active()) return
       call keep_pressures(contact, model)
       reactions = reaction_t()
       model%contact%states%overlap = 0.0_wp
-      call gather(contact, model, reactions)
+      call gather(contact, model, over_step, reactions, apart, taken)
+      model%static_taken(3) = model%static_taken(3) + model%communicator%sum_real(taken)
       model%contact%candidates%deepest = 0.0_wp
       call add_up(model%communicator, reactions, model%contact%states%overlap, &
                   model%contact%candidates%deepest)
@@ -121,12 +129,15 @@ contains
             load = state%load
             moment = state%moment
             tool = contact%tools%now(t)
+            constraint = state%constraint_work
             call state%accumulate(reactions(t), tool, [0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp], &
                                   time_step)
+            state%constraint_work = constraint
             if (over_step) cycle
             change = 0.5_wp*time_step*dot_product(state%load - load, tool%velocity)
             if (tool%pivot > 0) &
                change = change + 0.5_wp*time_step*dot_product(state%moment - moment, tool%spin)
+            change = change + model%communicator%sum_real(apart(t))
             state%work = state%work + change
             model%static_doubt = model%static_doubt + abs(change)
          end associate
@@ -142,30 +153,45 @@ contains
       end associate
    end subroutine book_contact
 
-   !> Reactions of the tools to the points of this rank. Friction makes heat by what slips.
-   subroutine gather(contact, model, reactions)
+   !> Reactions of the tools to the points of this rank.
+   subroutine gather(contact, model, over_step, reactions, apart, taken)
       type(static_contact_t), intent(in) :: contact
       type(model_t), intent(inout) :: model
+      logical, intent(in) :: over_step
       type(reaction_t), intent(inout) :: reactions(:) !< (tools)
+      real(wp), intent(out) :: apart(:) !< (tools): work less that of the mean loads, J
+      real(wp), intent(out) :: taken    !< by points that touch within the step, J
       real(wp) :: force(3)
       integer :: n
+      apart = 0.0_wp
+      taken = 0.0_wp
       do n = 1, contact%count
          if (contact%list(n)%point%tool == 0) cycle
          associate (it => contact%list(n), sums => reactions(contact%list(n)%point%tool), &
                     state => model%contact%states(contact%list(n)%point%tool))
             sums%candidates = sums%candidates + 1.0_wp
             if (it%barred) cycle
+            call book_point(contact, n, model%levels(size(model%levels))%nodes, over_step, sums, &
+                            apart(it%point%tool), taken)
             state%overlap = max(state%overlap, -it%gap)
             if (.not. it%force > 0.0_wp) cycle
             force = contact%share*(it%force*it%normal + it%friction_force)
             sums%load = sums%load - force
             sums%moment = sums%moment - cross(it%place - contact%tools%now(it%point%tool)%point, force)
-            sums%heat = sums%heat - contact%share &
-                        *dot_product(it%friction_force, it%slip + it%contact_compliance*it%friction_force)
          end associate
       end do
       call close_ring(reactions, model%levels(1)%grid%section)
    end subroutine gather
+
+   !> Whether the gap of a point that presses no more is carried on: until the particle's shape says too that
+   !> it has come free.
+   pure logical function is_carried(it)
+      type(static_point_t), intent(in) :: it
+      associate (drift => it%depth - it%natural)
+         is_carried = .not. it%barred .and. abs(drift) > 0.0_wp &
+                      .and. it%gap + drift <= max(free*it%natural, abs(drift))
+      end associate
+   end function is_carried
 
    !> Pressures of the points into the columns of their particles; and gaps: those that are pressed touch,
    !> whatever they yield, and no 0 says so.
@@ -191,7 +217,12 @@ contains
          end do
          do n = 1, contact%count
             associate (it => contact%list(n), block => level%blocks(contact%list(n)%point%block))
-               if (.not. it%force > 0.0_wp .or. it%point%tool == 0) cycle
+               if (it%point%tool == 0) cycle
+               if (.not. it%force > 0.0_wp) then
+                  if (is_carried(it)) block%particles%column(it%point%particle, at%carried &
+                                                             + it%point%tool - 1) = max(it%gap, tiny(1.0_wp))
+                  cycle
+               end if
                block%pressed = .true.
                associate (column => block%particles%column, p => it%point%particle)
                   column(p, at%pressure) = column(p, at%pressure) + contact%share*it%force/it%point%area
@@ -203,5 +234,150 @@ contains
          end do
       end associate
    end subroutine keep_pressures
+
+   !> Book a point of a tool that has its equilibrium. Its force grows along the way on which it touches: a
+   !> gap that is closed first, or that opens in the end, is no way of the force. With inertia the force acts
+   !> from the step's beginning, and what it does across the gap is lost. Friction makes heat by what slips.
+   subroutine book_point(contact, n, motion, over_step, sums, apart, taken)
+      type(static_contact_t), intent(in) :: contact
+      integer, intent(in) :: n
+      real(wp), intent(in), contiguous :: motion(:, 0:, 0:, 0:, :) !< displacements of the nodes, m
+      logical, intent(in) :: over_step         !< forces are means over the step
+      type(reaction_t), intent(inout) :: sums  !< of the tool
+      real(wp), intent(inout) :: apart         !< work less that of the mean of the loads at both ends, J
+      real(wp), intent(inout) :: taken         !< J
+      real(wp) :: across, before(3), force(3), heat, rubs, slip(3)
+      associate (it => contact%list(n), share => contact%share)
+         if (.not. max(it%force, it%force_before) > 0.0_wp) return
+         call begin_of(contact, n, before, across)
+         force = 0.0_wp
+         if (it%force > 0.0_wp) force = it%force*it%normal + it%friction_force
+         if (over_step) then
+            taken = taken + share*it%force*across
+            sums%particle_work = sums%particle_work + share*it%force*across
+            before = force
+         else if (it%force > 0.0_wp) then
+            apart = apart - 0.5_wp*share*it%force*across
+         else
+            apart = apart + 0.5_wp*share*it%force_before*max(0.0_wp, it%gap)
+         end if
+         sums%particle_work = sums%particle_work &
+                              + 0.5_wp*share*dot_product(before + force, contact%way(n, motion))
+         if (.not. it%force > 0.0_wp) return
+         rubs = norm2(it%friction_force)
+         sums%stored = sums%stored + 0.5_wp*share*it%contact_compliance*(it%force**2 + rubs**2)
+         if (.not. rubs > 0.0_wp) return
+         slip = it%slip + it%contact_compliance*it%friction_force
+         heat = -dot_product(it%friction_force, slip)
+         if (.not. over_step) apart = apart + share*(heat + 0.5_wp*dot_product(it%friction_force &
+                                                     - it%kept/it%contact_compliance, slip))
+         sums%heat = sums%heat + share*heat
+      end associate
+   end subroutine book_point
+
+   !> Force of a point on its body at the step's beginning (N), and the gap (m) that it then has to close,
+   !> 0 where it presses.
+   subroutine begin_of(contact, n, force, across)
+      type(static_contact_t), intent(in) :: contact
+      integer, intent(in) :: n
+      real(wp), intent(out) :: force(3), across
+      real(wp) :: gap, normal(3)
+      force = 0.0_wp
+      across = 0.0_wp
+      associate (it => contact%list(n))
+         if (it%point%tool > 0) then
+            call contact%tools%before(it%point%tool)%gap_and_normal(it%point%from, gap, normal)
+            gap = gap - it%depth
+         else
+            gap = it%point%gap
+            normal = it%point%normal
+         end if
+         if (it%force_before > 0.0_wp) then
+            force = it%force_before*normal
+            if (it%point%has_friction) force = force - it%kept/it%contact_compliance
+         else
+            across = max(0.0_wp, gap)
+         end if
+      end associate
+   end subroutine begin_of
+
+   !> Collective: book what a step with these displacements takes by the ghost penalty and by theta, and by
+   !> how much its books may be off: the work of effects' loads is that of the mean of both ends, as if they
+   !> grew along the way. The last trial was of these displacements. model%static_taken has what the ghost
+   !> penalty, theta above one half and points that touch within a step have taken since the start, and what
+   !> the penalty held in the last step without inertia.
+   subroutine book_motion(system, z)
+      type(static_system_t), intent(inout) :: system
+      real(wp), intent(in) :: z(:) !< m
+      real(wp) :: held(size(z)), ghost, released, theta
+      integer :: l
+      call system%set_motion(z)
+      call system%clear_forces()
+      do l = 1, size(system%levels)
+         call system%levels(l)%ghost%add_forces(system%model%levels(l)%nodes, 1.0_wp, system%levels(l)%forces)
+      end do
+      held = 0.0_wp
+      call collect(system%levels, system%model, motion_parity, held)
+      ghost = system%dot(held, z)
+      associate (model => system%model)
+         if (.not. system%inertia%acts) then ! the last step's forces of the penalty are let go
+            released = system%dot(system%load_before, z) + model%communicator%sum_real( &
+                       work_of_contact(system) - work_of_stress(system, 1.0_wp, 0.0_wp))
+            released = sign(min(abs(released), sqrt(max(0.0_wp, ghost*model%static_taken(4)))), &
+                            released)
+            model%static_taken(1) = model%static_taken(1) + 0.5_wp*(ghost + released)
+            model%static_taken(4) = ghost
+            held(:system%nodal) = system%load(:system%nodal) - system%load_before(:system%nodal)
+            held(system%nodal + 1:) = 0.0_wp
+            model%static_doubt = model%static_doubt + 0.5_wp*abs(system%dot(held, z))
+            return
+         end if
+         theta = system%inertia%share
+         model%static_taken(1) = model%static_taken(1) + theta*ghost
+         if (.not. abs(theta - 0.5_wp) > 0.0_wp) return
+         associate (jump => system%time_step*system%inertia%mean_acceleration(z, system%time_step))
+            held = system%inertia%stiffness*(theta*system%time_step)**2*jump
+            model%static_taken(2) = model%static_taken(2) + (theta - 0.5_wp)*(system%dot(held, jump) &
+                                    + model%communicator%sum_real(work_of_stress(system, -1.0_wp, 1.0_wp)))
+         end associate
+      end associate
+   end subroutine book_motion
+
+   !> Work of contact as it was at the step's beginning along the way of the step, of this rank, J.
+   real(wp) function work_of_contact(system) result(work)
+      type(static_system_t), intent(in) :: system
+      real(wp) :: across, force(3)
+      integer :: n
+      work = 0.0_wp
+      associate (contact => system%contact, finest => system%model%levels(size(system%levels)))
+         do n = 1, contact%count
+            if (.not. contact%list(n)%force_before > 0.0_wp) cycle
+            call begin_of(contact, n, force, across)
+            work = work + dot_product(force, contact%way(n, finest%nodes))
+         end do
+      end associate
+   end function work_of_contact
+
+   !> What shares of the stress at the step's beginning and at its end do along its way, of this rank, J.
+   real(wp) function work_of_stress(system, before, after) result(work)
+      type(static_system_t), intent(in) :: system
+      real(wp), intent(in) :: before, after
+      integer :: b, c, l
+      work = 0.0_wp
+      do l = 1, size(system%levels)
+         do b = 1, size(system%model%levels(l)%blocks)
+            associate (particles => system%model%levels(l)%blocks(b)%particles, &
+                       at => system%model%levels(l)%layout, trial => system%levels(l)%trial(b), &
+                       n => system%model%levels(l)%blocks(b)%particles%count)
+               if (n == 0) cycle
+               do c = 1, 9
+                  work = work + sum((before*particles%column(:n, at%volume) &
+                                     *particles%column(:n, at%stress + voigt(c) - 1) &
+                                     - after*trial%force(:n, c))*trial%gradient(:n, c))
+               end do
+            end associate
+         end do
+      end do
+   end function work_of_stress
 
 end module m_static_loads

@@ -58,6 +58,7 @@ contains
             new%contact_compliance = 2.0_wp*contact%share*compliance*level%grid%cell &
                            /(softer_of(it, meeting%field)*it%area)
             new%force = it%force/contact%share
+            new%force_before = new%force
             new%pressed = new%force > 0.0_wp .or. it%gap <= touches*level%grid%cell
             if (it%has_friction) then
                new%friction_force = it%last_tangential_force/contact%share

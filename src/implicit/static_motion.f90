@@ -52,7 +52,7 @@ contains
                   level%blocks(b)%particles%column(:n, first:first + 8) = at_end(:n, :)
                if (allocated(mine%sums)) level%gradient(:n, :) = mine%trial(b)%gradient(:n, :)/time_step
                call stress_in_parts(model, l, b, parts, time_step, error)
-               call follow_loads(model, l, b, motion, model%time)
+               call follow_loads(model, l, b, motion, model%time, tools=.false.)
             end if
          end do
          call mean_pressures(mine, model, l)

@@ -63,11 +63,10 @@ module m_static_system
       procedure, private :: resist
       procedure, private :: give_ways
       procedure, private :: total
-      procedure :: doubt
       procedure :: dot
       procedure :: is_to_stop
       procedure :: is_called_off
-      procedure, private :: clear_forces
+      procedure :: clear_forces
    end type static_system_t
 
    real(wp), parameter :: no_force = 1.0e-6_wp !< of a modulus on the face of a cell: less is no load
@@ -406,27 +405,6 @@ contains
       self%asked = nint(self%model%communicator%maximum(real(self%called_off%asks(), wp)))
       is_called_off = self%asked > 0
    end function is_called_off
-
-   !> Collective: by how much the books of the step may be off, J: the work of effects' loads is that of the
-   !> mean of both ends, as if they grew along the way, and what the ghost penalty takes is in none of them.
-   real(wp) function doubt(self, z)
-      class(static_system_t), intent(inout) :: self
-      real(wp), intent(in) :: z(:) !< displacements, m
-      real(wp) :: held(size(z))
-      integer :: l
-      call self%set_motion(z)
-      call self%clear_forces()
-      do l = 1, size(self%levels)
-         call self%levels(l)%ghost%add_forces(self%model%levels(l)%nodes, 1.0_wp, self%levels(l)%forces)
-      end do
-      held = 0.0_wp
-      call collect(self%levels, self%model, motion_parity, held)
-      doubt = self%dot(held, z)
-      if (self%inertia%acts) return
-      held(:self%nodal) = self%load(:self%nodal) - self%load_before(:self%nodal)
-      held(self%nodal + 1:) = 0.0_wp
-      doubt = doubt + 0.5_wp*abs(self%dot(held, z))
-   end function doubt
 
    !> Collective: product of two vectors of unknowns.
    real(wp) function dot(self, a, b)

@@ -25,6 +25,7 @@ module m_static_tools
       procedure :: place
       procedure :: shift
       procedure :: gap_and_normal
+      procedure :: depth_of
       procedure :: outward_at
       procedure :: turning_at
       procedure :: material_way
@@ -36,6 +37,7 @@ module m_static_tools
       procedure :: name_of
    end type static_tools_t
 
+   real(wp), parameter :: widest_drift = 0.5_wp !< of half a thickness, as of explicit steps
    integer, parameter :: max_attempts = 4 !< ways by which a place inside a tool is looked for outside
 
 contains
@@ -118,6 +120,20 @@ contains
          return
       end do
    end subroutine gap_and_normal
+
+   !> How far a particle's face is below its centre, m: as its shape has it or, where the tool has pressed it,
+   !> as the nodes left it after the last step, with this gap (theory.md, eq. carried-gap).
+   pure real(wp) function depth_of(self, t, centre, natural, left) result(depth)
+      class(static_tools_t), intent(in) :: self
+      integer, intent(in) :: t
+      real(wp), intent(in) :: centre(3), natural !< m
+      real(wp), intent(in) :: left               !< m; 0: none
+      real(wp) :: gap, normal(3)
+      depth = natural
+      if (.not. abs(left) > 0.0_wp) return
+      call self%before(t)%gap_and_normal(centre, gap, normal)
+      depth = natural + max(-widest_drift*natural, min(widest_drift*natural, gap - left - natural))
+   end function depth_of
 
    !> Which way a place (m) is outside a tool that may have come over it in the step.
    pure function outward_at(self, t, place) result(outward)

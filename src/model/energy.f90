@@ -216,7 +216,8 @@ contains
                                                        - model%atoms%booked
       self%damped = taken + self%now%dissipated + sum(model%contact%states%heat) &
                     + sum(model%contact%pairs%states%heat) &
-                    + sum(model%contact%pairs%states%parting) + model%lost + accumulated(4)
+                    + sum(model%contact%pairs%states%parting) + model%lost + accumulated(4) &
+                    + sum(model%static_taken(:3))
       self%driven = max(0.0_wp, -taken)
       self%largest = max(self%largest, abs(self%external_work), abs(self%damped), self%now%energy())
       self%worst = max(self%worst, abs(self%excess()))

@@ -72,7 +72,7 @@ module m_model
       logical :: has_inertia = .true. !< else velocities are displacements over steps, and bear no energy
       logical :: has_statics = .false. !< at some times there is no inertia
       real(wp) :: static_step = 0.0_wp !< of quasi-static steps, the next one, s; 0: not known yet
-      real(wp) :: static_doubt = 0.0_wp !< by which the books of implicit steps may be off since the start, J
+      real(wp) :: static_doubt = 0.0_wp, static_taken(4) = 0.0_wp !< J: m_static_loads
       logical :: wants_sums = .false. !< histories will ask for sums over all particles after the step
       integer(i8) :: particle_steps = 0               !< particle updates on this rank so far
       integer(i8) :: merges = 0                       !< particles that this rank has made of eight others
@@ -205,8 +205,8 @@ contains
       call self%place_layers()
       call self%contact%build(scene)
       self%contact%strains_apart = self%method%stress_update /= update_usl
-      self%contact%followed = self%contact%active() .and. .not. self%has_statics .and. (self%method%affine &
-                                                           .or. self%method%stress_update == update_usl)
+      self%contact%followed = self%contact%active() .and. (self%method%affine .or. self%method%stress_update &
+                                                           == update_usl)
       allocate (self%lost_in_merging(blocks_before(self%levels, size(self%levels) + 1)), source=0.0_wp)
       call declare_fields(self, scene, error)
       if (.not. error%happened()) call set_budgets(self, scene, error)

@@ -32,7 +32,7 @@ contains
       type(balance_t), intent(inout) :: balance
       type(error_t), intent(inout) :: error
       integer(i8) :: counts(5)
-      real(wp) :: clock(5), next(2)
+      real(wp) :: clock(5), next(6)
       real(wp), allocatable :: works(:, :)
       associate (comm => model%communicator)
          counts = [model%step, model%moves, comm%sum_count(model%merges), comm%sum_count(model%splits), &
@@ -52,10 +52,11 @@ contains
       model%lost = clock(4)
       model%last_step = clock(5)
       if (model%has_statics) then
-         next = [model%static_step, model%static_doubt]
+         next = [model%static_step, model%static_doubt, model%static_taken]
          call store%reals('/state/static_step', next, error)
          model%static_step = next(1)
          model%static_doubt = next(2)
+         model%static_taken = next(3:6)
       end if
       call describe_balance(store, balance, error)
       allocate (works(4, size(model%levels)))

@@ -11,6 +11,11 @@ for planted in gain:8 work:8 mass:8 rod:6 momentum:12 twin:8 loss:8; do
    fi
    grep -q '^FAILED: seed' planted.log || fail "seed ${planted#*:}: $(cat planted.log)"
 done
+# Implicit steps: all but 1.5 % of the energy is booked, and 3 % are seen.
+"$PYTHON" "$truth" "$WORK/books" "$GIMP3D" 1 --mixtures --first 45 >books.log || fail "seed 45: $(cat books.log)"
+if "$PYTHON" "$truth" "$WORK/books" "$GIMP3D" 1 --mixtures --first 45 --planted books >books.log; then
+   fail 'seed 45: nobody sees 3 % of the work'
+fi
 # Once parted from their mirror images: particles cut by where blocks lay; drifts of eq. carried-gap that others got (musl).
 for seed in 136 268; do
    "$PYTHON" "$truth" "$WORK/mirrored" "$GIMP3D" 1 --first $seed --only mirrored >mirrored.log || fail "seed $seed: $(cat mirrored.log)"

@@ -28,6 +28,13 @@ def balance(name):
     return (energy["strain"][-1] + energy["kinetic"][-1]) / energy["external_work"][-1]
 
 
+def works(name):
+    """Work of the tool less that of the particles that it presses, of all of it: gaps that are not carried on
+    push the body, by a third of the work."""
+    energy = History(Path(name) / "energy.dat")
+    return np.abs(energy["external_work"] - energy["particle_work"]).max() / energy["external_work"][-1]
+
+
 def ridges():
     """Over a column of centres the face of the nearest one is the one or the other inside the wedge. Seen from
     outside it is one smooth surface."""
@@ -53,6 +60,7 @@ def ridges():
         check(f"{what}: energy over work less 1", balance(name) - 1, 0.05)
         if cell_count == 1 and "=0.02" in steps:
             check(f"{what}: load against explicit steps, relative", load / explicit - 1, 0.05)
+        check(f"{what}: work of the tool and of the particles apart", works(name), 0.03)
         require(f"{what}: no word of energy", "WARNING: energy" not in log)
         kind = "newmark" if "newmark" in steps else "quasi-static"
         require(f"{what}: no step halved", counts(log, kind)[4] == 0)
