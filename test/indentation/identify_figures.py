@@ -129,7 +129,7 @@ def main():
             + "; ".join(f"{name} {int(value)}" for name, value in counts.items())
         )
         print(f"   median half-width of the yield stress {np.median(found[:, 8]):.3f}")
-        wrong += not 34 <= counts["yield interval holds"] <= 40 or counts["stress interval holds"] < 34
+        wrong += not 34 <= counts["yield interval holds"] < 40 or counts["stress interval holds"] < 34
         if tips == 1:
             wrong += counts["yield stress called determined"] > 0
         else:
