@@ -59,7 +59,7 @@ refused 'a pushed tool too fast for the given step' 'line 4, &time time_step=2e-
 
 # a body that no particle's centre lies in
 { head_of 0.01; echo "$block /"; echo "&body material='m', shape='sphere', center=0.5,0.5,0.75, radius=0.02 /"; } >ghost.nml
-refused 'a body without particles' "line 5, &body shape='sphere': the body holds no particle" ghost.nml
+refused 'a body without particles' "line 5, &body shape='sphere': the body contains no particle centre" ghost.nml
 
 # what an older run left is not taken for the new one's, also where that ends by a fault: its index, its cost.dat
 { head_of 1e-3; echo "$block, velocity=0,0,1 / &output directory='used', every=5e-4 /"; } >older.nml

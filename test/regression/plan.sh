@@ -67,7 +67,7 @@ status=0
 sed "s/mode='plan'/mode='plan', restart='out'/" plan_cone.nml >both.nml
 status=0
 "$GIMP3D" <both.nml >both.log 2>&1 || status=$?
-[ $status -eq 2 ] && grep -q 'a plan is made of a whole run' both.log || fail "plan and restart: status $status, $(cat both.log)"
+[ $status -eq 2 ] && grep -q 'a plan needs a whole run' both.log || fail "plan and restart: status $status, $(cat both.log)"
 sed "s/mode='plan'/mode='guess'/" plan_cone.nml >other.nml
 status=0
 "$GIMP3D" <other.nml >other.log 2>&1 || status=$?

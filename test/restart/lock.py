@@ -72,7 +72,7 @@ for ranks in (1, 2):
     ask(
         f"{ranks} ranks: by another name",
         4,
-        "^gimp3d: ./out/ belongs to a run",
+        "^gimp3d: ./out/ is in use by a running gimp3d",
         short_one.replace("'out'", "'./out/'"),
     )
     plan = subprocess.run(

@@ -114,9 +114,9 @@ TOP, PART, SIDE = (
 )
 for number, (boundary, bottom, (lower, upper), ranks, said) in enumerate(
     (
-        (FREE, 0.3, TOP, 1, "push it along z, and nothing holds it"),
-        (FREE, 0.3, PART, 2, "turn it about y, and nothing holds it"),
-        (STANDS, 0, SIDE, 2, "push it along x, and nothing holds it"),
+        (FREE, 0.3, TOP, 1, "push it along z, and it is unconstrained"),
+        (FREE, 0.3, PART, 2, "rotate it about y, and it is unconstrained"),
+        (STANDS, 0, SIDE, 2, "push it along x, and it is unconstrained"),
         (STANDS, 0, TOP, 1, None),
     )
 ):
@@ -129,7 +129,7 @@ for number, (boundary, bottom, (lower, upper), ranks, said) in enumerate(
         )
         require(f"{name}: no step is halved", "it is halved" not in log)
     else:
-        require(f"{name}: not pushed along what nothing holds", "nothing holds" not in log)
+        require(f"{name}: not pushed along what nothing holds", "unconstrained" not in log)
 
 # what a dent alone would have to hold is told as soon as a step has no equilibrium, or a solve says it sooner
 DENT = """&scene title='dent', end_time=1 /

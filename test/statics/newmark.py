@@ -186,7 +186,7 @@ def refuses():
     for words, mode, more in (
         ("tools have no mass", "mode='newmark'", pushed),
         ("is for mode='newmark'", "theta=0.7", ""),
-        ("come on by their own", "mode='newmark', ramp=1", ""),
+        ("follow their own", "mode='newmark', ramp=1", ""),
     ):
         require(f"refused: {words}", words in run(bar("refused", 20, mode, more=more), 1, allowed=(2,)))
 

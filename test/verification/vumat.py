@@ -105,8 +105,8 @@ refused(
 )
 refused("no vumat_", VUMAT.replace("j2.so", "other.so"), 2, r"has no vumat_; allowed: ")
 refused("no c_law", C.replace("elastic.so", "j2.so"), 2, r"has no c_law; allowed: ")
-refused("not a number at once", VUMAT.replace("j2.so", "nan.so"), 2, r"returns a stress that is not a number")
-refused("no stiffness", VUMAT.replace("j2.so", "soft.so"), 2, r"shows no stiffness")
+refused("not a number at once", VUMAT.replace("j2.so", "nan.so"), 2, r"returns a stress that is NaN")
+refused("no stiffness", VUMAT.replace("j2.so", "soft.so"), 2, r"has no stiffness")
 refused("no library named", VUMAT.replace("library='./j2.so', ", ""), 2, r"&material library: missing")
 refused(
     "too many states",
