@@ -15,6 +15,7 @@ module m_assertions
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use mpi_f08, only: MPI_Gather, MPI_Gatherv, MPI_Bcast, MPI_INTEGER, MPI_CHARACTER
    use m_kinds, only: wp, i8
+   use m_text, only: to_text
    use m_leaving, only: leave
    use m_communicator, only: communicator_t
    implicit none
@@ -221,7 +222,7 @@ contains
       do rank = 1, self%comm%ranks - 1
          do i = offsets(rank + 1) + 1, offsets(rank + 1) + counts(rank + 1)
             read (all(i), '(2a,2i10)') one%name, message, one%checks, one%failures
-            write (one%message, '(a,i0,2a)') 'rank ', rank, ': ', trim(message)
+            one%message = 'rank '//to_text(rank)//': '//message ! the end of a long one is cut
             if (one%failures == 0) one%message = ''
             call add(self%cases, self%count, one)
          end do
