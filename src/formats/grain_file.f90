@@ -5,6 +5,7 @@ module m_grain_file
    use m_checksum, only: text_checksum
    use m_dream3d, only: read_dream3d
    use m_filesystem, only: read_file, never_ends
+   use m_foreign_files, only: foreign_grains
    use m_grain_lines, only: read_grain_lines
    use m_grain_list, only: grain_list_t
    use m_grain_tables, only: has_grain_tables, read_grain_tables, own_form
@@ -51,7 +52,8 @@ contains
       else if (len(bytes) > longest_text) then
          fault = 'is a text longer than '//to_text(longest_text)//' bytes'
       else
-         call read_grain_lines(bytes, list, fault)
+         fault = foreign_grains(bytes)
+         if (fault == '') call read_grain_lines(bytes, list, fault)
       end if
       if (fault == '') call check(list, fault)
    end subroutine read_grain_file

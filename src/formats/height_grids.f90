@@ -8,7 +8,7 @@ module m_height_grids
    use m_words, only: lower_case
    implicit none
    private
-   public :: is_esri_grid, is_surfer_grid, read_esri_grid, read_surfer_grid, foreign_map
+   public :: is_esri_grid, is_surfer_grid, read_esri_grid, read_surfer_grid
 
    real(wp), parameter :: surfer_blank = 1.0e38_wp !< values from here on stand for none
    character(len=12), parameter :: esri_words(9) = [character(len=12) :: 'ncols', 'nrows', 'cellsize', &
@@ -27,26 +27,6 @@ contains
       character(len=*), intent(in) :: bytes
       is_surfer_grid = index(bytes, 'DSAA') == 1
    end function is_surfer_grid
-
-   !> What a file is that others write and that is not read here, with what to do; empty: none of these.
-   pure function foreign_map(bytes) result(fault)
-      character(len=*), intent(in) :: bytes
-      character(len=:), allocatable :: fault
-      character(len=*), parameter :: cure = '; make a map of it first: gimp3d-post heights FILE'
-      fault = ''
-      if (index(bytes, 'GWYP') == 1 .or. index(bytes, 'GWYO') == 1) then
-         fault = 'is a file of Gwyddion (.gwy)'//cure
-      else if (index(bytes, 'DSBB') == 1 .or. index(bytes, 'DSRB') == 1) then
-         fault = 'is a binary grid of Surfer; allowed: saved as ASCII (DSAA)'
-      else if (index(bytes, '\*File list') == 1 .or. index(bytes, '\*Force file list') == 1) then
-         fault = 'is a file of a NanoScope; allowed: exported by Gwyddion, as text or as .gwy'
-      else if (index(bytes, char(255)//char(254)) == 1 .or. index(bytes, char(254)//char(255)) == 1) then
-         fault = 'is a text in UTF-16; allowed: saved as UTF-8 or ASCII'
-      else if (index(bytes, 'II*'//achar(0)) == 1 .or. index(bytes, 'MM'//achar(0)//'*') == 1 &
-               .or. index(bytes, char(137)//'PNG') == 1) then
-         fault = 'is an image; allowed: heights, STL or OBJ. Export the heights as text'
-      end if
-   end function foreign_map
 
    !> Words and their values, then the rows from the north (the top) on.
    subroutine read_esri_grid(bytes, map, fault)

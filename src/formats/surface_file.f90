@@ -2,7 +2,8 @@
 !> its own, and a line here.
 module m_surface_file
    use m_kinds, only: wp
-   use m_height_grids, only: is_esri_grid, is_surfer_grid, read_esri_grid, read_surfer_grid, foreign_map
+   use m_foreign_files, only: foreign_map
+   use m_height_grids, only: is_esri_grid, is_surfer_grid, read_esri_grid, read_surfer_grid
    use m_height_map, only: height_map_t
    use m_height_matrix, only: take_matrix
    use m_height_places, only: take_places
@@ -27,7 +28,8 @@ contains
       type(height_map_t), intent(out) :: map
       character(len=:), allocatable, intent(inout) :: fault
       type(triangle_list_t) :: found
-      fault = foreign_map(bytes)
+      fault = ''
+      if (.not. is_binary_stl(bytes)) fault = foreign_map(bytes) ! its header may hold any text
       is_map = .false.
       if (fault /= '') return
       call found%begin()

@@ -11,12 +11,13 @@ module m_synonyms
    type :: synonym_t
       character(len=width) :: word
       character(len=width) :: meant(3) = ''
-      character(len=72) :: hint = ''
+      character(len=96) :: hint = ''
+      logical :: alone = .false. !< the hint alone is the answer, where `meant` is allowed
    end type synonym_t
 
 contains
 
-   !> What a word that is not allowed may stand for, as `pyramid (with faces=4, half_angle=68)`; empty:
+   !> What a word that is not allowed may stand for, as `meant: pyramid (with faces=4)`; empty:
    !> nothing known.
    pure function meant(word, allowed) result(text)
       character(len=*), intent(in) :: word       !< in lower case
@@ -25,13 +26,15 @@ contains
       type(synonym_t), allocatable :: list(:)
       integer :: n, k
       text = ''
-      list = [groups(), laws_and_shapes(), variables()]
+      list = [groups(), groups_of_programs(), laws_and_shapes(), shapes_of_tips(), variables(), &
+              variables_of_bodies(), variables_of_tools()]
       do n = 1, size(list)
          if (list(n)%word /= squeezed(word)) cycle
          do k = 1, size(list(n)%meant)
             if (list(n)%meant(k) == '' .or. .not. any(allowed == list(n)%meant(k))) cycle
-            text = trim(list(n)%meant(k))
+            text = 'meant: '//trim(list(n)%meant(k))
             if (list(n)%hint /= '') text = text//' ('//trim(list(n)%hint)//')'
+            if (list(n)%alone) text = trim(list(n)%hint)
             return
          end do
       end do
@@ -59,6 +62,13 @@ contains
       if (present(hint)) synonym%hint = hint
    end function one
 
+   !> A word for which there is none here; what to do instead, where a word `beside` is allowed.
+   pure function none(word, beside, hint) result(synonym)
+      character(len=*), intent(in) :: word, beside, hint
+      type(synonym_t) :: synonym
+      synonym = synonym_t(word, [character(len=width) :: beside, '', ''], hint, .true.)
+   end function none
+
    pure function groups() result(list)
       type(synonym_t), allocatable :: list(:)
       list = [one('indenter', 'tool'), one('punch', 'tool', 'flat'), one('die', 'tool'), &
@@ -79,6 +89,53 @@ contains
               one('void', 'cut'), one('fracture', 'damage'), one('hourglass', 'anti_locking'), &
               one('fbar', 'anti_locking'), one('bbar', 'anti_locking')]
    end function groups
+
+   !> Groups, commands and blocks of LAMMPS, Abaqus, CalculiX, MOOSE and Karamelo.
+   pure function groups_of_programs() result(list)
+      type(synonym_t), allocatable :: list(:)
+      character(len=*), parameter :: law = 'a variable of it, or its model', &
+                                     surface = 'with shape=''surface'', file=', &
+                                     sides = 'with boundary=, a word for each of the six sides', &
+                                     times = 'times and values at them stand in the group they belong to', &
+                                     rows = 'one for each place; rows at history_every of &output'
+      list = [one('region', 'body', hint='or &level'), one('create', 'body'), one('lattice', 'grains'), &
+              one('object', 'body'), one('objects', 'body'), one('particles', 'body'), &
+              one('group', 'body', hint='with contact_group= for contact between bodies'), &
+              one('import', 'body', hint=surface), one('stl', 'body', hint=surface), &
+              one('elastic', 'material', hint=law), one('plastic', 'material', hint=law), &
+              one('density', 'material', hint=law), one('eos', 'material', hint=law), &
+              one('strength', 'material', hint=law), one('hyperelastic', 'material', hint=law), &
+              one('materials', 'material'), &
+              one('usermaterial', 'material', hint='with model=''vumat'' or ''umat'''), &
+              one('depvar', 'material', hint='with states='), &
+              one('subroutine', 'material', hint='with model=''vumat'', library='), &
+              one('run', 'scene', hint='with end_time=, s'), one('executioner', 'time'), &
+              one('dynamic', 'time'), one('explicit', 'time'), one('massscaling', 'quasi_static'), &
+              one('boundary', 'grid', hint=sides), one('bc', 'grid', hint=sides), &
+              one('bcs', 'grid', hint=sides), one('symmetry', 'grid', hint=sides), one('box', 'grid'), &
+              one('simulationbox', 'grid'), &
+              none('fix', 'tool', 'see &tool, &motion, &pressure, &gravity, or boundary= of &grid'), &
+              none('amplitude', 'tool', times), none('function', 'tool', times), &
+              none('functions', 'tool', times), &
+              none('units', 'tool', 'all numbers are in SI: m, s, kg, N, Pa, K'), &
+              none('nlgeom', 'tool', 'large strains are always followed'), &
+              none('variables', 'tool', 'fields are chosen by fields= of &output'), &
+              none('kernels', 'tool', 'the equations of motion are always solved'), &
+              one('initialconditions', 'body', hint='with velocity=, stress='), &
+              one('ics', 'body', hint='with velocity='), one('surface', 'tool', 'body', hint=surface), &
+              one('cload', 'pressure', hint='on an area, Pa'), one('bload', 'gravity'), &
+              one('friction', 'tool', hint='with friction='), one('surfaceinteraction', 'body_contact'), &
+              one('contactproperty', 'body_contact'), one('toolpath', 'motion'), &
+              one('velocity', 'body', hint='with velocity='), one('adaptive', 'level'), &
+              one('adaptivity', 'level', hint='with criterion='), one('viscosity', 'bulk_viscosity'), &
+              one('dump', 'output'), one('outputs', 'output'), &
+              one('thermo', 'output', hint='with history_every='), one('nodefile', 'output'), &
+              one('elfile', 'output'), one('plot', 'output'), one('print', 'probe', hint=rows), &
+              one('elprint', 'probe', hint=rows), one('nodeprint', 'probe', hint=rows), &
+              one('monitor', 'probe', hint=rows), one('sensor', 'probe', hint=rows), &
+              one('gauge', 'probe', hint=rows), one('tracer', 'probe', hint=rows), &
+              one('postprocessors', 'probe', hint=rows)]
+   end function groups_of_programs
 
    pure function laws_and_shapes() result(list)
       type(synonym_t), allocatable :: list(:)
@@ -106,6 +163,99 @@ contains
               one('stl', 'surface', 'file'), one('obj', 'surface'), one('heightmap', 'surface'), &
               one('afm', 'surface')]
    end function laws_and_shapes
+
+   pure function shapes_of_tips() result(list)
+      type(synonym_t), allocatable :: list(:)
+      character(len=*), parameter :: round = 'with tip_radius='
+      list = [one('spheroconical', 'cone', hint=round), one('conospherical', 'cone', hint=round), &
+              one('roundedcone', 'cone', hint=round), &
+              one('rockwell', 'cone', hint='with half_angle=60, tip_radius=200e-6'), &
+              one('brinell', 'sphere'), one('cylindrical', 'flat', hint='with radius=, its end presses'), &
+              one('roller', 'cylinder'), one('pin', 'sphere', 'flat'), one('platen', 'flat'), &
+              one('plate', 'flat', 'box'), one('halfspace', 'flat'), one('rectangle', 'box'), &
+              one('slab', 'box'), one('film', 'box'), one('layer', 'box'), &
+              one('ellipsoid', 'surface', hint='as an STL or OBJ file'), &
+              one('torus', 'surface', hint='as an STL or OBJ file'), &
+              one('paraboloid', 'sphere', hint='near its tip a paraboloid is a sphere'), &
+              one('mesh', 'surface', 'file'), &
+              one('tube', 'cylinder', hint='and a &cut, or inner_radius in a section'), &
+              one('hollowcylinder', 'cylinder', hint='and a &cut'), &
+              one('ring', 'cylinder', hint='and a &cut'), one('plasticity', 'j2'), &
+              one('perfectlyplastic', 'j2'), one('steel', 'j2'), one('metal', 'j2'), one('ludwik', 'j2'), &
+              one('swift', 'j2'), one('ludwig', 'j2'), one('rambergosgood', 'j2'), &
+              one('perzyna', 'norton'), one('nortonhoff', 'norton'), one('kelvinvoigt', 'maxwell'), &
+              one('stvk', 'elastic'), one('saintvenant', 'elastic'), one('corotated', 'neo_hookean'), &
+              one('mooneyrivlin', 'neo_hookean', hint='other hyperelastic laws: vumat or umat'), &
+              one('ogden', 'neo_hookean', hint='other hyperelastic laws: vumat or umat'), &
+              one('jelly', 'neo_hookean'), one('fluid', 'mie_grueneisen'), one('water', 'mie_grueneisen'), &
+              none('rigid', 'elastic', 'rigid things are tools: &tool')]
+   end function shapes_of_tips
+
+   pure function variables_of_bodies() result(list)
+      type(synonym_t), allocatable :: list(:)
+      character(len=*), parameter :: lame = 'E = mu (3 lambda + 2 mu)/(lambda + mu)', &
+                                     moduli = 'E = 9 K G/(3 K + G), nu = E/(2 G) - 1', &
+                                     section = '''plane_strain'' or ''axisymmetric''', &
+                                     cells = 'edge of the cubes, m', &
+                                     steps = 's; steps are as long as is stable (&time)', &
+                                     corners = 'lower and upper are corners'
+      list = [one('steps', 'end_time', hint=steps), one('nsteps', 'end_time', hint=steps), &
+              one('numsteps', 'end_time', hint=steps), one('maxsteps', 'end_time', hint=steps), &
+              one('run', 'end_time', hint=steps), one('duration', 'end_time'), &
+              one('timeperiod', 'end_time'), one('totaltime', 'end_time'), one('dtfactor', 'safety'), &
+              one('dtmult', 'safety'), one('dimension', 'geometry', hint=section), &
+              one('dim', 'geometry', hint=section), one('planestrain', 'geometry', hint=section), &
+              one('axisymmetric', 'geometry', hint=section), one('nx', 'cell_size', hint=cells), &
+              one('n', 'cell_size', 'hardening_exponent', hint=''), one('ngrid', 'cell_size', hint=cells), &
+              one('resolution', 'cell_size', hint=cells), one('res', 'cell_size', hint=cells), &
+              one('elements', 'cell_size', hint=cells), one('spacing', 'cell_size', hint=cells), &
+              one('gridsize', 'cell_size', hint=cells), one('extents', 'upper', hint=corners), &
+              one('origin', 'lower', 'center', hint=''), one('length', 'upper', 'height', hint=corners), &
+              one('width', 'upper', hint=corners), one('height', 'upper', hint=corners), &
+              one('min', 'lower'), one('max', 'upper'), &
+              one('periodic', 'boundary', hint='there are no periodic sides; symmetry is one'), &
+              none('gravity', 'boundary', 'a group of its own: &gravity acceleration='), &
+              one('lambda', 'young', hint=lame), one('lame', 'young', hint=lame), &
+              one('mu', 'young', hint=lame), one('bulk', 'young', hint=moduli), &
+              one('bulkmodulus', 'young', hint=moduli), one('shearmodulus', 'young', hint=moduli), &
+              one('k', 'young', hint=moduli), one('g', 'young', hint=moduli), &
+              one('type', 'model', 'shape', 'kind'), one('law', 'model'), &
+              one('props', 'constants', 'model', hint='those of user laws'), &
+              one('depvar', 'states', 'model', hint='states= of user laws'), &
+              one('nstatv', 'states', 'model', hint='states= of user laws'), &
+              one('nstatev', 'states', 'model', hint='states= of user laws'), &
+              one('nparticles', 'particles_per_cell'), one('particles', 'particles_per_cell'), &
+              one('group', 'contact_group'), one('initialvelocity', 'velocity', 'initial_speed'), &
+              none('fixed', 'particles_per_cell', &
+                   'bodies are held by boundary= of &grid where they touch its sides'), &
+              none('filename', 'shape', 'file=, with shape=''surface''')]
+   end function variables_of_bodies
+
+   pure function variables_of_tools() result(list)
+      type(synonym_t), allocatable :: list(:)
+      character(len=*), parameter :: depth = 'over times: the depth is their integral', &
+                                     back = 'below 0 to go back, 0 to stay, over times', &
+                                     speed = 'along the axis of the tool, m/s, with times'
+      list = [one('maxdepth', 'speeds', hint=depth), one('penetration', 'speeds', hint=depth), &
+              one('indentationdepth', 'speeds', hint=depth), one('rate', 'speeds', hint=speed), &
+              one('indentationspeed', 'speeds', hint=speed), &
+              one('loadingrate', 'loads', hint='N, with times'), &
+              one('maxload', 'loads', hint='N, with times'), &
+              one('peakload', 'loads', hint='N, with times'), one('strainrate', 'speeds', hint=speed), &
+              one('hold', 'speeds', hint=back), one('holdtime', 'speeds', hint=back), &
+              one('unload', 'speeds', hint=back), one('unloading', 'speeds', hint=back), &
+              one('rounding', 'tip_radius'), one('bluntness', 'tip_radius'), &
+              one('noseradius', 'tip_radius', 'radius'), one('apexradius', 'tip_radius', 'radius'), &
+              one('orientation', 'rotation', 'axis'), one('coefficientoffriction', 'friction'), &
+              one('frictional', 'friction'), &
+              none('stiffness', 'speeds', 'tools are rigid; one that gives is a body'), &
+              none('material', 'speeds', 'tools are rigid; one that gives is a body'), &
+              one('variables', 'fields'), one('variable', 'fields'), one('quantities', 'fields'), &
+              one('dump', 'every'), one('dt', 'every'), one('timestep', 'every'), &
+              one('outputinterval', 'every'), one('timeinterval', 'every'), one('dumpevery', 'every'), &
+              one('format', 'formats'), one('prefix', 'directory'), one('name', 'directory'), &
+              one('basename', 'directory'), one('filename', 'directory')]
+   end function variables_of_tools
 
    pure function variables() result(list)
       type(synonym_t), allocatable :: list(:)
@@ -158,6 +308,9 @@ contains
       case ('um', 'us', 'uN', 'mum', 'micron'); factor_of = 1.0e-6_wp
       case ('nm', 'ns', 'nN'); factor_of = 1.0e-9_wp
       case ('ps', 'pm'); factor_of = 1.0e-12_wp
+      case ('psi'); factor_of = 6894.757_wp
+      case ('ksi'); factor_of = 6.894757e6_wp
+      case ('Msi'); factor_of = 6.894757e9_wp
       case default; factor_of = 0.0_wp
       end select
    end function factor_of

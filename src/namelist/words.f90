@@ -42,7 +42,7 @@ contains
       text = ''
       text = meant(lower_case(word), allowed)
       if (text /= '') then
-         text = '; meant: '//text
+         text = '; '//text
       else
          nearest = nearest_word(word, allowed)
          if (nearest > 0) text = '; nearest: '//trim(allowed(nearest))
@@ -50,7 +50,8 @@ contains
       text = text//'; allowed: '//joined(allowed)
    end function advice
 
-   !> Index of the word with the smallest edit distance; 0 when none has a letter in common.
+   !> Index of the word with the smallest edit distance; 0 when none is alike: more than half of the letters
+   !> would change, and none is part of the other.
    pure integer function nearest_word(word, allowed) result(nearest)
       character(len=*), intent(in) :: word
       character(len=*), intent(in) :: allowed(:)
@@ -59,11 +60,21 @@ contains
       smallest = huge(smallest)
       do i = 1, size(allowed)
          distance = edit_distance(lower_case(word), lower_case(trim(allowed(i))))
-         if (distance >= smallest .or. distance >= max(len(word), len_trim(allowed(i)))) cycle
+         if (distance >= smallest) cycle
+         if (2*distance > max(len(word), len_trim(allowed(i))) .and. .not. is_part(word, allowed(i))) cycle
          smallest = distance
          nearest = i
       end do
    end function nearest_word
+
+   !> Whether one of two words of three letters or more stands in the other.
+   pure logical function is_part(a, b)
+      character(len=*), intent(in) :: a, b
+      is_part = .false.
+      if (min(len_trim(a), len_trim(b)) < 3) return
+      is_part = index(lower_case(trim(a)), lower_case(trim(b))) > 0 .or. &
+                index(lower_case(trim(b)), lower_case(trim(a))) > 0
+   end function is_part
 
    !> Letters to put in, take out or change to make one word of another (Levenshtein); of long words the
    !> beginnings.

@@ -126,6 +126,31 @@ def volume(name, content, exact, more="", bar=1e-2):
     judge(name, abs(off) < bar, f"volume {float(found[1]):.5g} m3, {100 * off:+.3f} % off")
 
 
+def foreign():
+    """Files of other kinds, by their first bytes: what they are, and what is allowed in their place."""
+    for name, begins, sentence in (
+        ("PLY", b"ply\nformat ascii 1.0\n", "is a PLY file; allowed: its surface as STL or OBJ"),
+        ("Gmsh's mesh", b"$MeshFormat\n4.1 0 8\n", "is a mesh of Gmsh (.msh)"),
+        ("a STEP file", b"ISO-10303-21;\nHEADER;\n", "is a CAD model (STEP)"),
+        ("OFF", b"OFF\n4 4 0\n", "is an OFF file"),
+        ("VTK", b"<?xml version='1.0'?>\n", "is an XML file (VTK, AMF, X3D, ...)"),
+        ("an x3p file", b"PK\x03\x04\x14\0", "is a zip archive (.x3p, .plux, .3mf, .FCStd, ...)"),
+        ("an sdf file", b"bISO-1.0made      ", "is a surface data file (.sdf, ISO 25178-71)"),
+        ("a sur file", b"DIGITAL SURF\0\0", "is a file of Digital Surf (.sur, .pro)"),
+        ("Zygo's file", b"\x88\x1b\x03\x6f\0\2", "is a file of Zygo (.dat)"),
+        ("an array of NumPy", b"\x93NUMPY\1\0", "is an array of NumPy (.npy)"),
+    ):
+        refuse(SURFACE, name, begins + bytes(200), sentence)
+    ball = surfaces.sphere(1e-6, 1e-7)
+    exact = 4 / 3 * np.pi * 1e-18
+    volume("STL whose header says ply", writers.binary_stl(ball, b"ply made by a program"), exact, "", 3e-2)
+    ang = b"# TEM_PIXperUM 1.0\n# GRID: SqrGrid\n 0.1 0.2 0.3 0 0 1 1 1\n"
+    refuse(GRAINS, "a map of EBSD, .ang", ang, "is a map of EBSD (.ang): a line for each point")
+    ctf = b"Channel Text File\nPrj\tx\nJobMode\tGrid\n"
+    refuse(GRAINS, "a map of EBSD, .ctf", ctf, "is a map of EBSD (.ctf): a line for each point")
+    refuse(GRAINS, "DAMASK's grid", b'<?xml version="1.0"?>\n<VTKFile type="ImageData">', "is a file of VTK")
+
+
 def all_grains():
     angles, quaternions = writers.rotations(12, 1)
     chance = np.random.default_rng(2)
@@ -336,6 +361,7 @@ def changed(kind, text, content, more=""):
     )
 
 
+foreign()
 all_grains()
 all_heights()
 all_surfaces()

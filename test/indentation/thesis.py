@@ -1,7 +1,7 @@
-"""The thesis's examples E1 to E4 as shipped, beside what is known of them: E1's pressure; the loads of E2, E3
-and E4, and of E3 with domains that follow and slower, beside finite elements of bodies of the same area
-(test/references/fem). Prints the table of doc/user/accuracy.md; E5 is verification/bilinear_patch_long.
-usage: thesis.py [E1 E3 ...] (all when none is named)"""
+"""The thesis's five examples, E1 to E5, as shipped, beside what is known of them: E1's pressure; the loads of
+E2, E3 and E4, and of E3 with domains that follow and slower, beside finite elements of bodies of the same
+area; E5's stresses and plastic strain on one and two levels beside CalculiX (test/references/fem). Prints the
+table of doc/user/accuracy.md. usage: thesis.py [E1 E5 ...] (all when none is named)"""
 
 import re
 import sys
@@ -88,7 +88,38 @@ def row_of_e1():
     check("E1: balance of energy", work["balance_error"][-1], 0.01)
 
 
-chosen = sys.argv[1:] or ["E1", "E2", "E3", "E4"]
+def rows_of_e5():
+    """Quantity by quantity at four pressures, on one level and on two: means of eight particles."""
+    stored = [np.genfromtxt(FEM / f"E5_patch_h{h}.csv", delimiter=",", names=True) for h in ("0.167", "0.5")]
+    at = np.array([100.0, 200.0, 300.0, 400.0])
+    references = {
+        "szz": ("stress_zz", "stress_zz_MPa", 1e-6),
+        "von Mises": ("von_mises", "von_mises_MPa", 1e-6),
+        "sxx": ("stress_xx", "stress_xx_MPa", 1e-6),
+        "plastic strain [%]": ("equivalent_plastic_strain", "equivalent_plastic_strain", 100.0),
+    }
+    for cells, shipped in (("one level", "bilinear_patch"), ("two levels", "bilinear_levels")):
+        text = scene(shipped, to="e5")
+        if shipped == "bilinear_levels":  # around the point stand eight particles half as far from it
+            text = text.replace("0.375e-3", "0.3125e-3").replace("0.125e-3", "0.1875e-3")
+            text = text.replace("6.625e-3", "6.6875e-3").replace("6.875e-3", "6.8125e-3")
+        run(text, 1)
+        probes = [probe("e5", name) for name in "abcdefgh"]
+        pressure = 400 * probes[0]["time"] / 20e-6
+        for title, (column, name, factor) in references.items():
+            size = 100.0 if "%" in title else 1.0
+            fine = size * np.interp(at, stored[0]["pressure_MPa"], stored[0][name])
+            mine = factor * np.interp(at, pressure, np.mean([one[column] for one in probes], axis=0))
+            scale = np.abs(fine).max() if "%" in title else fine  # there is no plastic strain at 100 MPa
+            off, bound = (mine - fine) / scale, 0.1 if shipped == "bilinear_levels" else 0.25
+            show("E5", f"{title}, {cells}", fine, mine, off)
+            check(f"E5, {cells}, {title}: against finite elements", off, bound)
+        for title, (_, name, _) in references.items():
+            fine, coarse = (np.interp(at, table["pressure_MPa"], table[name]) for table in stored)
+            print(f"E5, {title}: the coarser mesh over the finer: {coarse / np.where(fine, fine, 1)}")
+
+
+chosen = sys.argv[1:] or ["E1", "E2", "E3", "E4", "E5"]
 for name, at in DEPTHS.items():
     if name not in chosen:
         continue
@@ -140,4 +171,6 @@ if "E3" in chosen:
     check("E3, 50 m/s: kinetic energy over work", energy["kinetic"][-1] / energy["external_work"][-1], 0.01)
 if "E4" in chosen:
     row("E4", "as shipped, a quarter", scene("cone_levels", to="e4", words=QUARTER), "e4", (0.08, 0.08, 0.08))
+if "E5" in chosen:
+    rows_of_e5()
 finish()

@@ -1,0 +1,148 @@
+!> Files that people bring and that are not read here: what they are, by their first bytes, and what to do.
+module m_foreign_files
+   use m_words, only: lower_case
+   implicit none
+   private
+   public :: foreign_map, foreign_grains
+
+   !> How a kind of file begins, what it is, and what is allowed in its place.
+   type :: kind_t
+      character(len=24) :: begins = ''
+      integer :: length = 0 !< of `begins`; bytes of 0 count
+      character(len=64) :: what = ''
+      character(len=128) :: allowed = ''
+   end type kind_t
+
+   character(len=*), parameter :: gwyddion = 'saved by Gwyddion as .gwy or exported as text'
+   character(len=*), parameter :: mesh = 'its surface as STL or OBJ, by meshio, trimesh, Gmsh or Blender'
+   character(len=*), parameter :: zip = 'PK'//achar(3)//achar(4)
+
+contains
+
+   !> What a file of a surface or of heights is; empty: none of these.
+   pure function foreign_map(bytes) result(fault)
+      character(len=*), intent(in) :: bytes
+      character(len=:), allocatable :: fault
+      if (index(bytes, 'GWYP') == 1 .or. index(bytes, 'GWYO') == 1) then
+         fault = 'is a file of Gwyddion (.gwy); make a map of it first: gimp3d-post heights FILE'
+      else
+         fault = sentence_of(bytes, [instruments(), microscopes(), meshes()])
+      end if
+      if (fault == '' .and. is_iges(bytes)) fault = 'is a CAD model (IGES); allowed: '//mesh
+   end function foreign_map
+
+   !> What a file of grains is; empty: none of these.
+   pure function foreign_grains(bytes) result(fault)
+      character(len=*), intent(in) :: bytes
+      character(len=:), allocatable :: fault
+      character(len=min(len(bytes), 4096)) :: head
+      character(len=*), parameter :: points = &
+         ': a line for each point of a map. Allowed: a line a grain, its mean orientation, as MTEX or '// &
+         'orix give it; a file of DREAM.3D'
+      fault = ''
+      head = lower_case(bytes(:len(head)))
+      if (index(head, '# tem_pixperum') > 0 .or. index(head, '# header: start') > 0 .or. &
+          index(head, '# grid: sqrgrid') > 0 .or. index(head, '# grid: hexgrid') > 0) then
+         fault = 'is a map of EBSD (.ang)'//points
+      else if (index(head, 'channel text file') == 1) then
+         fault = 'is a map of EBSD (.ctf)'//points
+      else if (index(head, '<vtkfile') > 0 .or. index(head, '# vtk datafile') == 1) then
+         fault = 'is a file of VTK; allowed: HDF5 with grain and orientations, a text, or a file of '// &
+                 'DREAM.3D or Neper'
+      else if (index(bytes, zip) == 1) then
+         fault = 'is a zip archive; allowed: the file in it'
+      end if
+   end function foreign_grains
+
+   pure function sentence_of(bytes, kinds) result(fault)
+      character(len=*), intent(in) :: bytes
+      type(kind_t), intent(in) :: kinds(:)
+      character(len=:), allocatable :: fault
+      integer :: n
+      fault = ''
+      do n = 1, size(kinds)
+         if (len(bytes) < kinds(n)%length) cycle
+         if (bytes(:kinds(n)%length) /= kinds(n)%begins(:kinds(n)%length)) cycle
+         fault = 'is '//trim(kinds(n)%what)//'; allowed: '//trim(kinds(n)%allowed)
+         return
+      end do
+   end function sentence_of
+
+   pure type(kind_t) function kind_of(begins, what, allowed) result(kind)
+      character(len=*), intent(in) :: begins, what, allowed
+      kind%begins = begins
+      kind%length = len(begins)
+      kind%what = what
+      kind%allowed = allowed
+   end function kind_of
+
+   !> Heights of instruments, and of their standards.
+   pure function instruments() result(kinds)
+      type(kind_t), allocatable :: kinds(:)
+      kinds = [kind_of('bISO-1.0', 'a surface data file (.sdf, ISO 25178-71)', gwyddion), &
+               kind_of('aISO-1.0', 'a surface data file (.sdf, ISO 25178-71)', gwyddion), &
+               kind_of('bISO-2.0', 'a surface data file (.sdf, ISO 25178-71)', gwyddion), &
+               kind_of('aISO-2.0', 'a surface data file (.sdf, ISO 25178-71)', gwyddion), &
+               kind_of('DIGITAL SURF', 'a file of Digital Surf (.sur, .pro)', gwyddion), &
+               kind_of('DSCOMPRESSED', 'a file of Digital Surf (.sur, .pro)', gwyddion), &
+               kind_of(achar(136)//achar(27)//achar(3)//'o', 'a file of Zygo (.dat)', gwyddion), &
+               kind_of(achar(136)//achar(27)//achar(3)//'p', 'a file of Zygo (.dat)', gwyddion), &
+               kind_of(achar(136)//achar(27)//achar(3)//'q', 'a file of Zygo (.dat)', gwyddion), &
+               kind_of('VK4_', 'a file of Keyence (.vk4)', gwyddion), &
+               kind_of('VK6', 'a file of Keyence (.vk6)', gwyddion), &
+               kind_of(achar(1)//achar(0)//'Directory', 'a file of Wyko or Bruker (.opd)', gwyddion), &
+               kind_of('AliconaImaging', 'a file of Alicona (.al3d)', gwyddion)]
+   end function instruments
+
+   !> Heights of probe microscopes and of maps' programs, texts in a code of their own, pictures.
+   pure function microscopes() result(kinds)
+      type(kind_t), allocatable :: kinds(:)
+      character(len=*), parameter :: picture = 'heights, STL or OBJ. Export the heights as text'
+      kinds = [kind_of('Gwyddion Simple Field', 'a simple field of Gwyddion (.gsf)', gwyddion), &
+               kind_of('\*File list', 'a file of a NanoScope', gwyddion), &
+               kind_of('\*Force file list', 'a file of a NanoScope', gwyddion), &
+               kind_of('[DataSet]', 'a file of Nanosurf (.nid)', gwyddion), &
+               kind_of(achar(176)//achar(1)//achar(147)//achar(255), 'a file of NT-MDT', gwyddion), &
+               kind_of('DSBB', 'a binary grid of Surfer', 'saved as ASCII (DSAA)'), &
+               kind_of('DSRB', 'a binary grid of Surfer', 'saved as ASCII (DSAA)'), &
+               kind_of(achar(255)//achar(254), 'a text in UTF-16', 'saved as UTF-8 or ASCII'), &
+               kind_of(achar(254)//achar(255), 'a text in UTF-16', 'saved as UTF-8 or ASCII'), &
+               kind_of('II*'//achar(0), 'an image (TIFF)', picture), &
+               kind_of('MM'//achar(0)//'*', 'an image (TIFF)', picture), &
+               kind_of(achar(137)//'PNG', 'an image (PNG)', picture), &
+               kind_of(achar(255)//achar(216)//achar(255), 'an image (JPEG)', picture), &
+               kind_of(achar(147)//'NUMPY', 'an array of NumPy (.npy)', 'a text by np.savetxt, or HDF5'), &
+               kind_of('MATLAB 5.0', 'a file of MATLAB', 'its heights as text, or HDF5 with height'), &
+               kind_of('SFLZ', 'a file of surfalize (.sflz)', 'its heights as text, or HDF5 with height'), &
+               kind_of(zip, 'a zip archive (.x3p, .plux, .3mf, .FCStd, ...)', &
+                       'heights saved by Gwyddion as .gwy, a body as STL or OBJ')]
+   end function microscopes
+
+   pure function meshes() result(kinds)
+      type(kind_t), allocatable :: kinds(:)
+      kinds = [kind_of('ply', 'a PLY file', mesh), &
+               kind_of('$MeshFormat', 'a mesh of Gmsh (.msh)', mesh), &
+               kind_of('OFF', 'an OFF file', mesh), &
+               kind_of('# vtk DataFile', 'a file of VTK', mesh), &
+               kind_of('<?xml', 'an XML file (VTK, AMF, X3D, ...)', mesh), &
+               kind_of('<VTKFile', 'a file of VTK', mesh), &
+               kind_of('glTF', 'a glTF file', mesh), &
+               kind_of('ISO-10303-21', 'a CAD model (STEP)', mesh), &
+               kind_of('BLENDER', 'a file of Blender', mesh), &
+               kind_of('*HEADING', 'a deck of Abaqus', mesh), kind_of('*Heading', 'a deck of Abaqus', mesh), &
+               kind_of('*NODE', 'a deck of Abaqus or CalculiX', mesh), &
+               kind_of('*Node', 'a deck of Abaqus or CalculiX', mesh), &
+               kind_of('MeshVersionFormatted', 'a mesh of Medit', mesh), &
+               kind_of('#VRML', 'a VRML file', mesh), &
+               kind_of('DBRep_DrawableShape', 'a CAD model (BRep)', mesh), &
+               kind_of('CASCADE Topology', 'a CAD model (BRep)', mesh)]
+   end function meshes
+
+   !> IGES: the 73rd column of its first line is S.
+   pure logical function is_iges(bytes)
+      character(len=*), intent(in) :: bytes
+      is_iges = .false.
+      if (len(bytes) > 81) is_iges = bytes(73:73) == 'S' .and. bytes(79:80) /= '  ' .and. bytes(80:80) == '1'
+   end function is_iges
+
+end module m_foreign_files
