@@ -252,7 +252,7 @@ def all_heights():
     refuse(SURFACE, "heights in nm, no scale", writers.matrix(1e9 * heights), "with scale=1 are", apart)
     spike = heights.copy()
     spike[4, 5] = 1e-3
-    refuse(SURFACE, "a spike", writers.matrix(spike), "far from all others", apart)
+    refuse(SURFACE, "a spike", writers.matrix(spike), "an outlier", apart)
     made = writers.gwyddion(heights, spacing)
     refuse(SURFACE, "Gwyddion's text and another scale", made, "and scale is 1e-9", "scale=1e-9")
     refuse(SURFACE, "Gwyddion's text and another spacing", made, "and spacing is", "spacing=5e-7,4e-7")

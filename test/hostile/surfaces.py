@@ -98,7 +98,7 @@ CASES = {  # name: (content, what the sentence has, what else the tool has)
     "too long": (binary + binary, "says it has ", ""),
     "a header alone": (binary[:50], "is neither STL (binary or text), nor OBJ, nor", ""),
     "empty": (b"", "is empty", ""),
-    "another format": (b"\x89PNG\r\n\x1a\n" + bytes(200), "is an image; allowed: ", ""),
+    "another format": (b"\x89PNG\r\n\x1a\n" + bytes(200), "is an image (PNG); allowed: ", ""),
     "a damaged HDF5 file": (b"\x89HDF\r\n\x1a\n" + bytes(200), "is an HDF5 file without", "spacing=1,1, "),
     "prose": (b"these are no triangles\n" * 20, "is neither STL (binary or text), nor OBJ, nor", ""),
     "text without its end": (ascii_[: len(ascii_) // 2].encode(), "", ""),
