@@ -100,7 +100,7 @@ contains
             self%newton = self%newton + 1
             share = rough ! where bends of the law hold Newton's method up, less is enough (Eisenstat, Walker)
             if (self%newton > 1) share = max(rough, min(roughest, 0.9_wp*(residual/before)**2))
-            if (self%newton == 1 .and. system%contact%count > 0) share = even
+            if (self%newton == 1) share = even ! on all ranks, whether or not they have points in contact
             call system%linearise()
             call self%linear%improve(system, force, self%left, share, enough*tolerance*system%scale, change)
             if (self%linear%stopped .or. system%is_called_off()) then
