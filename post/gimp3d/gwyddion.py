@@ -1,6 +1,11 @@
-"""Gwyddion's own files (.gwy): "GWYP" and one object. An object is a name, NUL, the size of the rest (32 bits, little
-endian), and components: a name, NUL, a letter for the kind, the value. A capital letter is an array of that kind,
-with its length first. See gwyddion.net/documentation/user-guide-en/gwyfile-format.html."""
+"""Gwyddion's own files (.gwy): "GWYP" and one object. An object is a name, NUL, the size of the rest (32
+bits, little endian), and components: a name, NUL, a letter for the kind, the value. A capital letter is an
+array of that kind, with its length first. See
+gwyddion.net/documentation/user-guide-en/gwyfile-format.html.
+
+Not by the package gwyfile 0.3.0, which keeps one of two channels with the same title
+(findings/gwyfile_same_titles.sh).
+"""
 
 import struct
 

@@ -50,12 +50,12 @@ from vtkmodules.vtkCommonDataModel import vtkCellArray
 def make(points, cells, kind):
     output.Points = np.ascontiguousarray(points)
     array = vtkCellArray()
-    array.SetData(cells.shape[1], numpy_to_vtkIdTypeArray(np.ascontiguousarray(cells, dtype=np.int64).ravel(), deep=1))
+    numbers = np.ascontiguousarray(cells, dtype=np.int64).ravel()
+    array.SetData(cells.shape[1], numpy_to_vtkIdTypeArray(numbers, deep=1))
     output.VTKObject.SetCells(kind, array)
-
 """
 
-PARTICLES = (
+DOMAINS = (
     GRID
     + """
 fields, centre = inputs[0].PointData, np.asarray(inputs[0].Points)
@@ -64,8 +64,16 @@ if "domain" in fields.keys():
     edges = np.asarray(fields["domain"]).reshape(n, 3, 3) # half edge k is row k
 else:
     edges = np.asarray(fields["half_size"]).reshape(n, -1, 1) * np.eye(3)
-signs = np.array([[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]])
-make((centre[:, None] + np.einsum("ck,nki->nci", signs, edges)).reshape(-1, 3), np.arange(8 * n).reshape(-1, 8), 12)
+"""
+)
+
+PARTICLES = (
+    DOMAINS
+    + """
+square = [[-1, -1], [1, -1], [1, 1], [-1, 1]]
+signs = np.array([(x, y, z) for z in (-1, 1) for x, y in square])
+corners = centre[:, None] + np.einsum("ck,nki->nci", signs, edges)
+make(corners.reshape(-1, 3), np.arange(8 * n).reshape(-1, 8), 12)
 for name in fields.keys():
     output.CellData.append(fields[name], name)
 """
@@ -74,14 +82,8 @@ for name in fields.keys():
 # Of the section of a body of revolution: each particle's quadrilateral as a ring about the z axis, open
 # towards the view, in so many pieces; what would lie beyond the axis is drawn in to it.
 RINGS = (
-    GRID
+    DOMAINS
     + """
-fields, centre = inputs[0].PointData, np.asarray(inputs[0].Points)
-n = len(centre)
-if "domain" in fields.keys():
-    edges = np.asarray(fields["domain"]).reshape(n, 3, 3) # half edge k is row k
-else:
-    edges = np.asarray(fields["half_size"]).reshape(n, -1, 1) * np.eye(3)
 signs = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 corners = centre[:, None] + np.einsum("ck,nki->nci", signs, edges[:, [0, 2]])
 radius, height = np.maximum(corners[..., 0], 0), corners[..., 2]

@@ -338,13 +338,14 @@ contains
       type(balance_t), intent(in) :: balance
       character(len=:), allocatable :: text
       if (.not. balance%worst > max(notable*balance%largest, quiet(model, balance)) &
-          + model%static_doubt) return
+          + model%static_losses%uncertainty) return
       text = 'WARNING: '//trim(merge('spurious energy growth', 'energy loss           ', &
                                      balance%excess() > 0.0_wp))//': up to '// &
              si(balance%worst, 'J')//percent(balance%worst, balance%largest)//' of the largest'
-      if (model%static_doubt > 0.0_wp) then
-         text = text//', of which '//si(model%static_doubt, 'J')//' may come of the length of the steps'// &
-                hardest_worked(model)//'; '//remedy(scene)//', a smaller step'
+      if (model%static_losses%uncertainty > 0.0_wp) then
+         text = text//', of which '//si(model%static_losses%uncertainty, 'J')// &
+                ' may come of the length of the steps'//hardest_worked(model)//'; '//remedy(scene)// &
+                ', a smaller step'
       else if (balance%excess() > 0.0_wp) then
          text = text//'; '//remedy(scene)//', a smaller safety'
          if (scene%time%stress_update == update_usf) text = text//', stress_update=''usl'''

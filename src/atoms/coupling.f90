@@ -41,7 +41,7 @@ module m_coupling
       real(wp) :: work = 0.0_wp                    !< that the bonds have done on the continuum, J
       type(tool_push_t), allocatable :: pushes(:)  !< (tools) of the last step
       real(wp) :: tool_work = 0.0_wp               !< that tools have done on the atoms, J
-      real(wp) :: booked = 0.0_wp                  !< the same as the tools' own books have it, J
+      real(wp) :: tool_work_in_balance = 0.0_wp    !< the same as the tools' own balance has it, J
       character(len=:), allocatable :: note        !< for the first lines of a run
       integer :: counts(2) = 0                     !< real atoms, pads
    contains
@@ -49,7 +49,7 @@ module m_coupling
       procedure :: couple
       procedure :: push_tools
       procedure :: follow_contact
-      procedure :: book
+      procedure :: accumulate
       procedure :: get_state
       procedure :: set_state
       procedure :: row
@@ -251,30 +251,30 @@ contains
       type(tool_t), intent(in) :: tools(:)     !< as the step before has left them
       real(wp), intent(in) :: time, time_step  !< s
       type(error_t), intent(inout) :: error
-      real(wp) :: box(3, 2), books(3)
+      real(wp) :: box(3, 2), sums(3)
       box = 0.0_wp
       if (communicator%is_root()) box = reshape([minval(self%atoms%x, 2), maxval(self%atoms%x, 2)], [3, 2])
       call MPI_Bcast(box, 6, MPI_DOUBLE_PRECISION, 0, communicator%comm)
       call self%patch%cover(level, box(:, 1), box(:, 2))
       call self%patch%gather(communicator, level)
-      books = 0.0_wp
+      sums = 0.0_wp
       if (communicator%is_root()) then
          call move_atoms(self, tools, time, time_step, error)
-         books = [self%patch%work(time_step), merge(1.0_wp, 0.0_wp, error%happened()), self%tool_work]
+         sums = [self%patch%work(time_step), merge(1.0_wp, 0.0_wp, error%happened()), self%tool_work]
       end if
       if (size(tools) > 0) call MPI_Bcast(self%pushes, push_reals*size(tools), MPI_DOUBLE_PRECISION, 0, &
                                           communicator%comm)
       call MPI_Bcast(self%patch%given, size(self%patch%given), MPI_DOUBLE_PRECISION, 0, communicator%comm)
-      call MPI_Bcast(books, 3, MPI_DOUBLE_PRECISION, 0, communicator%comm)
+      call MPI_Bcast(sums, 3, MPI_DOUBLE_PRECISION, 0, communicator%comm)
       if (is_nested) then
          if (.not. level%region%holds_box(box(:, 1), box(:, 2), edge_margin*level%grid%cell)) &
             call fail(error, exit_numerical, self%spec%group_text()//': the pads are within '// &
                       to_text(edge_margin, 2)//' cells of the edge of the finest level; use a larger one')
       end if
-      if (books(2) > 0.0_wp .or. error%happened()) call communicator%agree(error)
+      if (sums(2) > 0.0_wp .or. error%happened()) call communicator%agree(error)
       if (error%happened()) return
-      self%work = self%work + books(1)
-      self%tool_work = books(3)
+      self%work = self%work + sums(1)
+      self%tool_work = sums(3)
       call self%patch%apply(level, time_step)
    end subroutine couple
 
@@ -359,44 +359,44 @@ contains
       end associate
    end subroutine follow_contact
 
-   !> The tools have given way: their work of the step on the atoms as their own books have it, by one
+   !> The tools have given way: their work of the step on the atoms as their own balance has it, by one
    !> velocity for the whole step. It is none on the particles.
-   subroutine book(self, tools)
+   subroutine accumulate(self, tools)
       class(coupling_t), intent(inout) :: self
       type(tool_t), intent(in) :: tools(:)
       integer :: t
       do t = 1, size(tools)
-         self%booked = self%booked - dot_product(self%pushes(t)%impulse, tools(t)%velocity) &
-                       - dot_product(self%pushes(t)%turn, tools(t)%spin)
+         self%tool_work_in_balance = self%tool_work_in_balance &
+                                     - dot_product(self%pushes(t)%impulse, tools(t)%velocity) &
+                                     - dot_product(self%pushes(t)%turn, tools(t)%spin)
       end do
-   end subroutine book
+   end subroutine accumulate
 
    !> What the next step reads besides particles and tools: places and velocities of all atoms (LAMMPS's
-   !> units), what contact adds to the speeds of pads (m/s), zeros on other ranks than 0; what has been
-   !> booked.
-   subroutine get_state(self, x, v, pushes, books)
+   !> units), what contact adds to the speeds of pads (m/s), zeros on other ranks than 0; works so far.
+   subroutine get_state(self, x, v, pushes, sums)
       class(coupling_t), intent(in) :: self
-      real(wp), allocatable, intent(out) :: x(:, :), v(:, :), pushes(:, :), books(:)
+      real(wp), allocatable, intent(out) :: x(:, :), v(:, :), pushes(:, :), sums(:)
       allocate (x(3, sum(self%counts)), v(3, sum(self%counts)), pushes(3, self%counts(2)), source=0.0_wp)
-      books = [self%behind, self%work, self%tool_work, self%booked, 0.0_wp, 0.0_wp, 0.0_wp]
+      sums = [self%behind, self%work, self%tool_work, self%tool_work_in_balance, 0.0_wp, 0.0_wp, 0.0_wp]
       if (.not. associated(self%atoms)) return
       call self%atoms%get_motion(x, v)
       pushes = self%atoms%pad_push
-      books(5:) = [self%atoms%quenched, self%atoms%turning]
+      sums(5:) = [self%atoms%quenched, self%atoms%turning]
    end subroutine get_state
 
-   subroutine set_state(self, x, v, pushes, books)
+   subroutine set_state(self, x, v, pushes, sums)
       class(coupling_t), intent(inout) :: self
-      real(wp), intent(in) :: x(:, :), v(:, :), pushes(:, :), books(:)
-      self%behind = books(1)
-      self%work = books(2)
-      self%tool_work = books(3)
-      self%booked = books(4)
+      real(wp), intent(in) :: x(:, :), v(:, :), pushes(:, :), sums(:)
+      self%behind = sums(1)
+      self%work = sums(2)
+      self%tool_work = sums(3)
+      self%tool_work_in_balance = sums(4)
       if (.not. associated(self%atoms)) return
       call self%atoms%set_motion(x, v)
       self%atoms%pad_push = pushes
-      self%atoms%quenched = books(5)
-      self%atoms%turning = books(6:7)
+      self%atoms%quenched = sums(5)
+      self%atoms%turning = sums(6:7)
    end subroutine set_state
 
    !> A row of the history (io/atoms_output.f90 has the columns). Zeros on other ranks than 0.

@@ -186,11 +186,11 @@ contains
       end if
       if (.not. associated(self%patch)) return
       if (self%anew) then
-         call book(self, 0.5_wp)
+         call accumulate(self, 0.5_wp)
       else
          if (self%spec%quenches()) call quench(self, places)
          self%done = self%done + 1
-         call book(self, merge(0.5_wp, 1.0_wp, self%done == self%steps))
+         call accumulate(self, merge(0.5_wp, 1.0_wp, self%done == self%steps))
       end if
       self%anew = .false.
    end subroutine forces_known
@@ -212,12 +212,12 @@ contains
    end subroutine add_repulsion
 
    !> What the forces of now do to nodes and tools, for a share of an atoms' step.
-   subroutine book(self, share)
+   subroutine accumulate(self, share)
       type(dynamics_t), intent(inout) :: self
       real(wp), intent(in) :: share
       call self%patch%add(self%place, self%force, share*self%time_step, self%missed)
-      if (allocated(self%repulsion%pairs)) call self%repulsion%book(self%x, share*self%time_step)
-   end subroutine book
+      if (allocated(self%repulsion%pairs)) call self%repulsion%accumulate(self%x, share*self%time_step)
+   end subroutine accumulate
 
    !> Bitzek's FIRE with a given step: velocities turn towards the forces; all atoms stop when these do work
    !> against them. `more` acts besides LAMMPS's own forces.
@@ -280,7 +280,7 @@ contains
          call self%lammps%command('run '//trim(steps)//' post no')
       else
          if (allocated(self%repulsion%pairs)) call self%repulsion%find_forces(self%x) ! of the pairs of now
-         call book(self, 0.5_wp)
+         call accumulate(self, 0.5_wp)
          call self%lammps%command('run '//trim(steps)//' pre no post no')
       end if
       self%patch => null()

@@ -34,7 +34,7 @@ module m_tool_repulsion
       procedure :: begin_step
       procedure :: search
       procedure :: find_forces
-      procedure :: book
+      procedure :: accumulate
    end type tool_repulsion_t
 
 contains
@@ -121,7 +121,7 @@ contains
    end subroutine find_forces
 
    !> The forces of now last for a time (s): what that does to the tools.
-   pure subroutine book(self, x, time)
+   pure subroutine accumulate(self, x, time)
       class(tool_repulsion_t), intent(inout) :: self
       real(wp), intent(in) :: x(:, :), time
       real(wp) :: given(3)
@@ -136,6 +136,6 @@ contains
             push%work = push%work + dot_product(given, tool%velocity_at(x(:, n)))
          end associate
       end do
-   end subroutine book
+   end subroutine accumulate
 
 end module m_tool_repulsion

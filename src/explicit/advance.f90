@@ -199,7 +199,7 @@ contains
       if (.not. model%contact%active() .or. l < size(model%levels)) return
       call model%contact%finish_step(model%communicator, model%levels(l), clock%time + clock%step, &
                                      clock%step, error)
-      if (allocated(model%atoms)) call model%atoms%book(model%contact%tools)
+      if (allocated(model%atoms)) call model%atoms%accumulate(model%contact%tools)
    end subroutine finish_contact
 
    !> Collective: the nodes that only the stress is made from go with the points that tools press.

@@ -238,7 +238,8 @@ contains
       real(wp) :: largest
       largest = max(balance%largest, self%quiet)
       if (self%spec%energy_limit > 0.0_wp &
-          .and. .not. balance%excess() <= self%spec%energy_limit*largest + model%static_doubt) then
+          .and. .not. balance%excess() <= self%spec%energy_limit*largest &
+                                          + model%static_losses%uncertainty) then
          call fail(error, exit_numerical, fastest_text(model)//': '//to_text(balance%excess(), 3)// &
                    ' J of spurious energy growth, more than '//to_text(self%spec%energy_limit)// &
                    ' of the largest energy or work, '//to_text(balance%largest, 3)// &

@@ -41,8 +41,9 @@ module m_equilibrium
    integer, parameter :: patience = 8      !< iterations without a smaller residual
    real(wp), parameter :: rough = 1.0e-3_wp, roughest = 1.0e-2_wp !< linear problems are solved to this, of
                                                                  !< the forces left over,
-   real(wp), parameter :: even = 1.0e-5_wp !< the first of a step, which finds who presses: coarse grids are
-                                           !< not symmetric, and a ridge would slip off a symmetric body
+   real(wp), parameter :: of_first = 1.0e-5_wp !< the first of a step, which finds who presses: coarse grids
+                                               !< are not symmetric, and a ridge would slip off a symmetric
+                                               !< body
    real(wp), parameter :: enough = 0.03_wp !< and no further than to this share of the tolerance
    real(wp), parameter :: closed = 1.0e-6_wp !< cells: what gaps may be off by
    real(wp), parameter :: longest = 0.5_wp   !< component of the gradient of a change in one iteration
@@ -98,9 +99,9 @@ contains
             if (self%newton >= iteration_limit .or. self%linear%unsolved >= max_unsolved &
                 .or. self%linear%unsettled >= max_unsettled .or. self%newton - best_at >= patience) return
             self%newton = self%newton + 1
-            share = rough ! where bends of the law hold Newton's method up, less is enough (Eisenstat, Walker)
-            if (self%newton > 1) share = max(rough, min(roughest, 0.9_wp*(residual/before)**2))
-            if (self%newton == 1) share = even ! on all ranks, whether or not they have points in contact
+            share = of_first
+            if (self%newton > 1) & ! less is enough where the law bends (Eisenstat and Walker)
+               share = max(rough, min(roughest, 0.9_wp*(residual/before)**2))
             call system%linearise()
             call self%linear%improve(system, force, self%left, share, enough*tolerance*system%scale, change)
             if (self%linear%stopped .or. system%is_called_off()) then

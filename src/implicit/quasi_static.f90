@@ -16,7 +16,7 @@ module m_quasi_static
    use m_advance, only: migrate
    use m_trial_state, only: relaxation
    use m_equilibrium, only: equilibrium_t, found, too_far, called_off, not_held
-   use m_static_loads, only: find_contact, book_contact, book_motion, any_friction
+   use m_static_loads, only: find_contact, accumulate_contact, accumulate_losses, any_friction
    use m_static_levels, only: longest_way, spread_aside
    use m_contact_complaints, only: forbid_contact
    use m_move_regions, only: move_regions, forget_edge_stress
@@ -281,8 +281,8 @@ contains
       integer :: l
       model%bounds = bounds_t()
       model%last_step = 0.0_wp ! places and velocities are of one time
-      call book_contact(self%equilibrium%system%contact, model, time_step, self%spec%has_inertia())
-      call book_motion(self%equilibrium%system, self%equilibrium%z)
+      call accumulate_contact(self%equilibrium%system%contact, model, time_step, self%spec%has_inertia())
+      call accumulate_losses(self%equilibrium%system, self%equilibrium%z)
       if (self%spec%has_inertia()) then
          associate (it => self%equilibrium)
             call spread_aside(it%system%levels, model, it%system%inertia%mean_acceleration(it%z, time_step))

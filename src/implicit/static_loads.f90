@@ -1,6 +1,6 @@
 !> Contact of a quasi-static step with the tools of the model and between its bodies, on the finest level:
-!> where tools go, and what is booked when the step has its equilibrium: loads, and the balance of energy
-!> (theory.md, Quasi-static steps, Books).
+!> where tools go, and what is accumulated when the step has its equilibrium: loads, and the balance of energy
+!> (theory.md, Quasi-static steps, Balance of energy).
 module m_static_loads
    use m_kinds, only: wp, i8
    use m_friction_law, only: has_friction
@@ -10,12 +10,12 @@ module m_static_loads
    use m_static_contact, only: static_contact_t, static_point_t
    use m_static_levels, only: collect
    use m_static_system, only: static_system_t
-   use m_static_meetings, only: find_meeting_points, book_meetings
+   use m_static_meetings, only: find_meeting_points, accumulate_meetings
    use m_face_gap, only: find_gap, thickest
    use m_tool_reactions, only: reaction_t, close_ring, add_up
    implicit none
    private
-   public :: find_contact, book_contact, book_motion, any_friction
+   public :: find_contact, accumulate_contact, accumulate_losses, any_friction
 
    integer, parameter :: max_checks = 50        !< for where a tool touches
    real(wp), parameter :: reach = 1.0_wp        !< cells: no point comes to a tool from further away in a step
@@ -107,7 +107,7 @@ contains
    !> Collective: loads, works and pressures of the equilibrium, of which the nodes hold the displacements;
    !> tools go to the step's end. Work is that of the mean of the loads at both ends, of each point on the way
    !> on which it touches; with inertia loads are means over the step themselves.
-   subroutine book_contact(contact, model, time_step, over_step)
+   subroutine accumulate_contact(contact, model, time_step, over_step)
       type(static_contact_t), intent(in) :: contact
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: time_step !< s
@@ -120,7 +120,7 @@ contains
       reactions = reaction_t()
       model%contact%states%overlap = 0.0_wp
       call gather(contact, model, over_step, reactions, apart, taken)
-      model%static_taken(3) = model%static_taken(3) + model%communicator%sum_real(taken)
+      model%static_losses%impact = model%static_losses%impact + model%communicator%sum_real(taken)
       model%contact%candidates%deepest = 0.0_wp
       call add_up(model%communicator, reactions, model%contact%states%overlap, &
                   model%contact%candidates%deepest)
@@ -139,19 +139,20 @@ contains
                change = change + 0.5_wp*time_step*dot_product(state%moment - moment, tool%spin)
             change = change + model%communicator%sum_real(apart(t))
             state%work = state%work + change
-            model%static_doubt = model%static_doubt + abs(change)
+            model%static_losses%uncertainty = model%static_losses%uncertainty + abs(change)
          end associate
       end do
       if (model%contact%pairs%active()) &
-         call book_meetings(contact, model%communicator, model%levels(size(model%levels)), model%materials, &
-                            model%contact%pairs, time_step, model%contact%candidates%pressure)
+         call accumulate_meetings(contact, model%communicator, model%levels(size(model%levels)), &
+                                  model%materials, model%contact%pairs, time_step, &
+                                  model%contact%candidates%pressure)
       model%contact%worst_overlap = maxval([model%contact%worst_overlap, model%contact%states%overlap, &
                                             model%contact%pairs%overlap])
       associate (candidates => nint(sum(reactions%candidates) + sum(model%contact%pairs%step%candidates), i8))
          model%contact%largest = max(model%contact%largest, candidates)
          model%contact%handled = model%contact%handled + candidates
       end associate
-   end subroutine book_contact
+   end subroutine accumulate_contact
 
    !> Reactions of the tools to the points of this rank.
    subroutine gather(contact, model, over_step, reactions, apart, taken)
@@ -171,7 +172,7 @@ contains
                     state => model%contact%states(contact%list(n)%point%tool))
             sums%candidates = sums%candidates + 1.0_wp
             if (it%barred) cycle
-            call book_point(contact, n, model%levels(size(model%levels))%nodes, over_step, sums, &
+            call accumulate_point(contact, n, model%levels(size(model%levels))%nodes, over_step, sums, &
                             apart(it%point%tool), taken)
             state%overlap = max(state%overlap, -it%gap)
             if (.not. it%force > 0.0_wp) cycle
@@ -235,10 +236,11 @@ contains
       end associate
    end subroutine keep_pressures
 
-   !> Book a point of a tool that has its equilibrium. Its force grows along the way on which it touches: a
-   !> gap that is closed first, or that opens in the end, is no way of the force. With inertia the force acts
-   !> from the step's beginning, and what it does across the gap is lost. Friction makes heat by what slips.
-   subroutine book_point(contact, n, motion, over_step, sums, apart, taken)
+   !> Accumulate a point of a tool that has its equilibrium. Its force grows along the way on which it
+   !> touches: a gap that is closed first, or that opens in the end, is no way of the force. With inertia the
+   !> force acts from the step's beginning, and what it does across the gap is lost. Friction makes heat by
+   !> what slips.
+   subroutine accumulate_point(contact, n, motion, over_step, sums, apart, taken)
       type(static_contact_t), intent(in) :: contact
       integer, intent(in) :: n
       real(wp), intent(in), contiguous :: motion(:, 0:, 0:, 0:, :) !< displacements of the nodes, m
@@ -273,7 +275,7 @@ contains
                                                      - it%kept/it%contact_compliance, slip))
          sums%heat = sums%heat + share*heat
       end associate
-   end subroutine book_point
+   end subroutine accumulate_point
 
    !> Force of a point on its body at the step's beginning (N), and the gap (m) that it then has to close,
    !> 0 where it presses.
@@ -301,12 +303,10 @@ contains
       end associate
    end subroutine begin_of
 
-   !> Collective: book what a step with these displacements takes by the ghost penalty and by theta, and by
-   !> how much its books may be off: the work of effects' loads is that of the mean of both ends, as if they
-   !> grew along the way. The last trial was of these displacements. model%static_taken has what the ghost
-   !> penalty, theta above one half and points that touch within a step have taken since the start, and what
-   !> the penalty held in the last step without inertia.
-   subroutine book_motion(system, z)
+   !> Collective: accumulate what a step with these displacements takes by the ghost penalty and by theta, and
+   !> by how much the balance of energy may be off: the work of effects' loads is that of the mean of both
+   !> ends, as if they grew along the way. The last trial was of these displacements.
+   subroutine accumulate_losses(system, z)
       type(static_system_t), intent(inout) :: system
       real(wp), intent(in) :: z(:) !< m
       real(wp) :: held(size(z)), ghost, released, theta
@@ -319,29 +319,28 @@ contains
       held = 0.0_wp
       call collect(system%levels, system%model, motion_parity, held)
       ghost = system%dot(held, z)
-      associate (model => system%model)
+      associate (model => system%model, losses => system%model%static_losses)
          if (.not. system%inertia%acts) then ! the last step's forces of the penalty are let go
             released = system%dot(system%load_before, z) + model%communicator%sum_real( &
                        work_of_contact(system) - work_of_stress(system, 1.0_wp, 0.0_wp))
-            released = sign(min(abs(released), sqrt(max(0.0_wp, ghost*model%static_taken(4)))), &
-                            released)
-            model%static_taken(1) = model%static_taken(1) + 0.5_wp*(ghost + released)
-            model%static_taken(4) = ghost
+            released = sign(min(abs(released), sqrt(max(0.0_wp, ghost*losses%held))), released)
+            losses%ghost_penalty = losses%ghost_penalty + 0.5_wp*(ghost + released)
+            losses%held = ghost
             held(:system%nodal) = system%load(:system%nodal) - system%load_before(:system%nodal)
             held(system%nodal + 1:) = 0.0_wp
-            model%static_doubt = model%static_doubt + 0.5_wp*abs(system%dot(held, z))
+            losses%uncertainty = losses%uncertainty + 0.5_wp*abs(system%dot(held, z))
             return
          end if
          theta = system%inertia%share
-         model%static_taken(1) = model%static_taken(1) + theta*ghost
+         losses%ghost_penalty = losses%ghost_penalty + theta*ghost
          if (.not. abs(theta - 0.5_wp) > 0.0_wp) return
          associate (jump => system%time_step*system%inertia%mean_acceleration(z, system%time_step))
             held = system%inertia%stiffness*(theta*system%time_step)**2*jump
-            model%static_taken(2) = model%static_taken(2) + (theta - 0.5_wp)*(system%dot(held, jump) &
-                                    + model%communicator%sum_real(work_of_stress(system, -1.0_wp, 1.0_wp)))
+            losses%theta = losses%theta + (theta - 0.5_wp)*(system%dot(held, jump) &
+                           + model%communicator%sum_real(work_of_stress(system, -1.0_wp, 1.0_wp)))
          end associate
       end associate
-   end subroutine book_motion
+   end subroutine accumulate_losses
 
    !> Work of contact as it was at the step's beginning along the way of the step, of this rank, J.
    real(wp) function work_of_contact(system) result(work)

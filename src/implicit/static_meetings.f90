@@ -14,7 +14,7 @@ module m_static_meetings
    use m_static_contact, only: static_contact_t, static_point_t, touches
    implicit none
    private
-   public :: find_meeting_points, book_meetings
+   public :: find_meeting_points, accumulate_meetings
 
 contains
 
@@ -122,7 +122,7 @@ contains
    end subroutine guess_first_contact
 
    !> Collective: forces, gaps and slips of the equilibrium to the particles and to the sums of the pairs.
-   subroutine book_meetings(contact, communicator, level, materials, bodies, time_step, pressure)
+   subroutine accumulate_meetings(contact, communicator, level, materials, bodies, time_step, pressure)
       type(static_contact_t), intent(in) :: contact
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
@@ -155,6 +155,6 @@ contains
       bodies%first = 1
       call bodies%keep(level, materials, accumulated, time_step, pressure)
       call bodies%add_up(communicator)
-   end subroutine book_meetings
+   end subroutine accumulate_meetings
 
 end module m_static_meetings

@@ -213,11 +213,11 @@ contains
       self%external_work = sum(model%contact%states%work) + sum(model%contact%pairs%states%pressed) &
                            + by_effects
       if (allocated(model%atoms)) self%external_work = self%external_work + model%atoms%work &
-                                                       - model%atoms%booked
+                                                       - model%atoms%tool_work_in_balance
       self%damped = taken + self%now%dissipated + sum(model%contact%states%heat) &
                     + sum(model%contact%pairs%states%heat) &
                     + sum(model%contact%pairs%states%parting) + model%lost + accumulated(4) &
-                    + sum(model%static_taken(:3))
+                    + model%static_losses%total()
       self%driven = max(0.0_wp, -taken)
       self%largest = max(self%largest, abs(self%external_work), abs(self%damped), self%now%energy())
       self%worst = max(self%worst, abs(self%excess()))
@@ -228,7 +228,7 @@ contains
          if (model%contact%followed) self%tools_apart = sum(states%work - states%heat - states%stored &
                                                             - states%stored_shear - states%particle_work)
       end associate
-      if (allocated(model%atoms)) self%tools_apart = self%tools_apart - model%atoms%booked
+      if (allocated(model%atoms)) self%tools_apart = self%tools_apart - model%atoms%tool_work_in_balance
       self%worst_of_effects = max(self%worst_of_effects, abs(self%effects_apart))
       self%worst_of_tools = max(self%worst_of_tools, abs(self%tools_apart))
    end subroutine take

@@ -11,6 +11,7 @@ module m_model
    use m_scene, only: scene_t, time_spec_t, level_spec_t, update_usl, update_musl
    use m_domain_kinds, only: domain_kinds
    use m_grid_level, only: make_grid_level
+   use m_static_losses, only: static_losses_t
    use m_body, only: number_ids
    use m_field_table, only: layout_t
    use m_motion_fields, only: declare_motion
@@ -72,7 +73,7 @@ module m_model
       logical :: has_inertia = .true. !< else velocities are displacements over steps, and bear no energy
       logical :: has_statics = .false. !< at some times there is no inertia
       real(wp) :: static_step = 0.0_wp !< of quasi-static steps, the next one, s; 0: not known yet
-      real(wp) :: static_doubt = 0.0_wp, static_taken(4) = 0.0_wp !< J: m_static_loads
+      type(static_losses_t) :: static_losses
       logical :: wants_sums = .false. !< histories will ask for sums over all particles after the step
       integer(i8) :: particle_steps = 0               !< particle updates on this rank so far
       integer(i8) :: merges = 0                       !< particles that this rank has made of eight others

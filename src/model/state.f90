@@ -12,6 +12,7 @@ module m_state
    use m_tool_reactions, only: tool_state_t
    use m_body_pairs, only: body_pairs_t
    use m_pair_reactions, only: state_reals
+   use m_static_losses, only: static_losses_t
    use m_model, only: model_t
    use m_energy, only: balance_t, sums_t
    use m_state_store, only: state_store_t
@@ -52,11 +53,14 @@ contains
       model%lost = clock(4)
       model%last_step = clock(5)
       if (model%has_statics) then
-         next = [model%static_step, model%static_doubt, model%static_taken]
+         associate (losses => model%static_losses)
+            next = [model%static_step, losses%uncertainty, losses%ghost_penalty, losses%theta, &
+                    losses%impact, losses%held]
+         end associate
          call store%reals('/state/static_step', next, error)
          model%static_step = next(1)
-         model%static_doubt = next(2)
-         model%static_taken = next(3:6)
+         model%static_losses = static_losses_t(uncertainty=next(2), ghost_penalty=next(3), theta=next(4), &
+                                               impact=next(5), held=next(6))
       end if
       call describe_balance(store, balance, error)
       allocate (works(4, size(model%levels)))

@@ -3,6 +3,7 @@ with the potential's moduli. The sphere of the repulsion is larger than the tool
 
 import math
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -22,7 +23,7 @@ directory = Path(sys.argv[1] if len(sys.argv) > 1 else "out/atoms_sphere")
 if len(sys.argv) < 2:
     text = (ROOT / "input/atoms_sphere.nml").read_text()
     done = subprocess.run([os.environ["GIMP3D"]], input=text, capture_output=True, text=True)
-    if done.returncode == 2:
+    if re.search("LAMMPS cannot be opened|Cu_mishin1.*cannot be read", done.stdout + done.stderr):
         print("  left out, LAMMPS or its potentials are not there: a sphere on atoms")
         finish()
         sys.exit(0)

@@ -102,7 +102,7 @@ contains
       x = 4.0e-9_wp*(x - 0.5_wp)
       call repulsion%search(x, size(x, 2))
       call repulsion%find_forces(x)
-      call repulsion%book(x, 2.0e-15_wp)
+      call repulsion%accumulate(x, 2.0e-15_wp)
       worst = 0.0_wp
       largest = maxval(norm2(repulsion%force, 1))
       sums = 0.0_wp
@@ -221,7 +221,7 @@ contains
       call test%check(abs(load - 1.0_wp) < 0.15_wp, 'load on the atoms')
       if (comm%is_root()) call test%check(abs(energy - 1.0_wp) < 0.05_wp, 'energy of the atoms')
       ! these are half a step of `moving` apart when the tool stops
-      call test%check(abs(model%atoms%tool_work/model%atoms%booked - 1.0_wp) < 1.2_wp/moving, &
+      call test%check(abs(model%atoms%tool_work/model%atoms%tool_work_in_balance - 1.0_wp) < 1.2_wp/moving, &
                       'work of the tool on atoms, by steps of atoms and in the tool''s books')
       call go_back(model)
    end subroutine press_flat
