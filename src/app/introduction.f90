@@ -269,7 +269,7 @@ contains
                   - bytes_per_column)
          call add(size(scene%tools) > 0, 'tool contact', table%bytes_of('contact_pressure') &
                   + table%bytes_of('last_contact_pressure') + table%bytes_of('contact_gap') &
-                  + table%bytes_of('contact_deflection'))
+                  + table%bytes_of('contact_deflection') + table%bytes_of('contact_velocity'))
          call add(scene%fields() > 1, 'contact between bodies', table%bytes_with('surface_'))
          call add(model%contact%friction%present, 'friction', table%bytes_of('contact_friction') &
                   + table%bytes_of('contact_shear_deflection'))

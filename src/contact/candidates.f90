@@ -33,8 +33,11 @@ module m_candidates
       integer :: carried = 0   !< first column of the gaps that are carried on, one for each tool
       integer :: deflected = 0 !< first column of deflections below the cells, one for each tool; 0: none
       integer :: dragged = 0   !< first column of those by friction
+      integer :: left = 0      !< first column of the velocities that pressed points are left with, less those
+                               !< that the tool is given; 0: none
       real(wp) :: subcell = 0.0_wp         !< factor of the compliance below a cell; 0: none
       real(wp), allocatable :: modulus(:)  !< of the half-space, by materials, Pa
+      real(wp), allocatable :: widest(:)   !< (bodies): edge of the particles as they are filled in, cells
       real(wp), allocatable :: deepest(:)  !< (tools): the largest pressure of the last step, of all ranks,
                                            !< times that compliance, m
       integer, allocatable :: before(:) !< each block's, candidates of the blocks before it; of tools
@@ -306,7 +309,8 @@ contains
          call set_area(c, level, edge, thickness, column(p, at%volume))
          associate (m => materials%of_body(block%particles%body(p)))
             if (self%deflected > 0) &
-               c%subcell = self%subcell*subcell_compliance(level%grid%cell, self%modulus(m), width_of(c))
+               c%subcell = self%subcell*subcell_compliance(level%grid%cell, self%modulus(m), &
+                           max(width_of(c), self%widest(block%particles%body(p))*level%grid%cell))
          end associate
          c%mass = column(p, at%mass)
          c%force = expected(column(p, self%pressure), column(p, self%earlier))*c%area

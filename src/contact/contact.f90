@@ -17,7 +17,8 @@ module m_contact
    use m_candidates, only: candidates_t
    use m_body_pairs, only: body_pairs_t
    use m_pair_reactions, only: find_slip
-   use m_contact_point, only: point_velocity
+   use m_contact_point, only: point_velocity, place_of
+   use m_vectors, only: cross
    use m_contact_result, only: keep_solution, held_gap
    use m_friction_law, only: has_friction
    use m_friction_limit, only: friction_limit
@@ -34,7 +35,11 @@ module m_contact
       type(tool_t), allocatable :: tools(:)
       type(tool_state_t), allocatable :: states(:)
       type(contact_spec_t) :: spec
-      logical :: strains_apart = .false.    !< the stress has a solve of its own ('usf', 'musl')
+      logical :: strains_apart = .false.    !< the stress has a solve of its own ('usf', 'musl'),
+      logical :: strains_next = .false.     !< at the beginning of the next step ('usf')
+      real(wp), allocatable :: given(:, :)  !< (6, tools): velocities at the origin and spins of the tools in
+                                            !< the step, where the stress comes first; 0 of those that loads
+                                            !< push; m/s, rad/s
       logical :: has_problem = .false.      !< some rank has candidates in this step
       logical :: followed = .false.         !< the work of the tools is known by the particles' motion too
       type(contact_system_t) :: system
@@ -94,6 +99,8 @@ contains
       self%spec = scene%contact
       self%candidates%subcell = scene%contact%subcell
       allocate (self%candidates%deepest(size(scene%tools)), source=0.0_wp)
+      self%candidates%widest = 1.0_wp/real(scene%bodies%particles_per_cell, wp)**(1.0_wp/3.0_wp)
+      allocate (self%given(6, size(scene%tools)), source=0.0_wp)
       call self%pairs%build(scene)
       self%friction%present = any(has_friction(scene%tools%friction)) .or. self%pairs%is_frictional()
    end subroutine build
@@ -112,6 +119,10 @@ contains
       if (self%spec%subcell > 0.0_wp) then
          call table%declare('contact_deflection', size(self%tools), 'm', written=.false.)
          self%candidates%deflected = table%column('contact_deflection')
+      end if
+      if (self%strains_next) then
+         call table%declare('contact_velocity', 3, 'm/s', written=.false.)
+         self%candidates%left = table%column('contact_velocity')
       end if
       if (.not. any(has_friction(self%tools%spec%friction))) return
       call table%declare('contact_friction', 3, 'Pa', written=.true.)
@@ -162,16 +173,29 @@ contains
          if (self%pairs%is_frictional()) &
             call find_slip(self%candidates, self%pairs%first, self%system, level, forces)
          call move_nodes(self%system, level, time_step, forces)
-         if (self%strains_apart) then
-            do c = 1, self%candidates%count
-               self%candidates%list(c)%velocity = point_velocity(level, self%candidates%list(c))
-            end do
-         end if
+         if (self%strains_apart) call keep_velocities(self%candidates, self%given, level)
       end if
       call accumulate_reactions(self%reactions, self%candidates, self%tools, level, time_step)
       if (self%pairs%active()) &
          call self%pairs%keep(level, materials, self%candidates, time_step, self%candidates%pressure)
    end subroutine apply
+
+   !> The velocities that a step leaves its contact points with, for a stress that is made later; in the next
+   !> step, less those that the tools are given, which may be others then.
+   subroutine keep_velocities(candidates, given, level)
+      type(candidates_t), intent(inout) :: candidates
+      real(wp), intent(in) :: given(:, :) !< (6, tools)
+      type(level_t), intent(inout) :: level
+      integer :: c
+      do c = 1, candidates%count
+         associate (it => candidates%list(c), first => candidates%left)
+            it%velocity = point_velocity(level, it)
+            if (first == 0 .or. it%tool == 0 .or. .not. it%force > 0.0_wp) cycle
+            level%blocks(it%block)%particles%column(it%particle, first:first + 2) &
+               = it%velocity - given(:3, it%tool) - cross(given(4:, it%tool), place_of(it))
+         end associate
+      end do
+   end subroutine keep_velocities
 
    !> Collective: whether there is a problem to be solved; the solver gets room for it.
    subroutine make_room(self, communicator)

@@ -53,7 +53,6 @@ module m_contact_point
       real(wp) :: arm(3) = 0.0_wp        !< from there to the contact point, m
       real(wp) :: velocity(3) = 0.0_wp !< of the contact point as the step leaves the nodes; where the stress
                                        !< asks for it, m/s
-      logical :: slides = .false.  !< nothing is known of that velocity across the normal
    end type candidate_t
 
    !> The other body of a candidate, where the candidate's force acts on it.

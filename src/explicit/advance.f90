@@ -213,7 +213,7 @@ contains
       if (first) &
          call find_pressed(model%contact, model%communicator, model%levels(l), model%materials, &
                            clock%time, clock%step)
-      call keep_pressed_speeds(model%contact, model%levels(l), clock%step)
+      call keep_pressed_speeds(model%contact, model%communicator, model%levels(l), clock%step)
    end subroutine meet_tools
 
    !> Collective: the steps of the next finer level within one of level l: two, between which level l is

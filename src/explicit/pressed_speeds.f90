@@ -1,14 +1,15 @@
 !> Where the stress has a solve of its own ('usf', 'musl'), its nodes have the particles' momenta but have not
-!> met the tools. At the points that a tool presses they are given the speeds that the step's contact has
-!> left, or the tool's (theory.md, eq. pressed-speeds).
+!> met the tools. At the points that a tool presses they are given the speeds that contact has left
+!> (theory.md, eq. pressed-speeds).
 module m_pressed_speeds
    use m_kinds, only: wp
    use m_text, only: to_text
    use m_communicator, only: communicator_t
    use m_level, only: level_t
    use m_materials, only: materials_t
-   use m_contact_point, only: point_velocity, tool_velocity, sliding
-   use m_friction_limit, only: friction_limit
+   use m_contact_point, only: point_velocity, place_of
+   use m_vectors, only: cross
+   use m_tool, only: tool_t
    use m_contact_rows, only: assemble, move_nodes
    use m_contact, only: contact_t
    implicit none
@@ -19,7 +20,7 @@ module m_pressed_speeds
 contains
 
    !> Collective, at the beginning of a step: the points that tools press since the last one, and the
-   !> velocities of the tools there.
+   !> velocities that it has left them with, over tools as they are now.
    subroutine find_pressed(contact, communicator, level, materials, time, time_step)
       type(contact_t), intent(inout) :: contact
       type(communicator_t), intent(in) :: communicator
@@ -30,27 +31,42 @@ contains
       integer :: c, t
       do t = 1, size(contact%tools)
          call contact%tools(t)%begin_step(time, time_step, have_pushed=.true.) ! loads push once a step
+         contact%given(:, t) = given_motion(contact%tools(t))
       end do
       call contact%candidates%find(contact%tools, level, materials, time_step, overlap, again=.true.)
       call contact%make_room(communicator)
       if (.not. contact%has_problem) return
       do c = 1, contact%candidates%count
          associate (it => contact%candidates%list(c))
-            it%velocity = tool_velocity(contact%tools, it)
-            it%force = 0.0_wp
-            if (it%carried) it%force = level%blocks(it%block)%particles%column(it%particle, &
-                  contact%candidates%pressure)*it%area
-            it%slides = norm2(it%last_tangential_force) > sliding*friction_limit(it, contact%tools, &
-                  contact%pairs%specs, it%force)
+            associate (column => level%blocks(it%block)%particles%column, left => contact%candidates%left)
+               it%velocity = column(it%particle, left:left + 2) + contact%given(:3, it%tool) &
+                             + cross(contact%given(4:, it%tool), place_of(it))
+               it%force = 0.0_wp
+               if (it%carried) it%force = column(it%particle, contact%candidates%pressure)*it%area
+            end associate
          end associate
       end do
       call assemble(contact%system, communicator, contact%tools, contact%candidates, level, &
                     contact%spec%compliance, time_step, subcell=.false.)
    end subroutine find_pressed
 
+   !> Velocity of a tool at the origin (m/s) and its spin (rad/s); 0 of one that loads push, whose own
+   !> velocity is that of the step before.
+   pure function given_motion(tool) result(motion)
+      type(tool_t), intent(in) :: tool
+      real(wp) :: motion(6)
+      motion = 0.0_wp
+      if (tool%is_pushed()) return
+      motion(:3) = tool%velocity
+      if (tool%pivot == 0) return
+      motion(4:) = tool%spin
+      motion(:3) = motion(:3) - cross(tool%spin, tool%point)
+   end function given_motion
+
    !> Collective: the smallest change of the nodes' velocities with which pressed points have theirs.
-   subroutine keep_pressed_speeds(contact, level, time_step)
+   subroutine keep_pressed_speeds(contact, communicator, level, time_step)
       type(contact_t), intent(inout) :: contact
+      type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
       real(wp), intent(in) :: time_step !< s
       real(wp), allocatable :: lacks(:), x(:), give_way(:)
@@ -58,6 +74,9 @@ contains
       real(wp) :: residual, missing(3)
       integer :: c, last, t
       if (.not. contact%has_problem) return
+      if (contact%system%has_subcell) & ! of the step's own contact; these nodes are to meet the speeds
+         call assemble(contact%system, communicator, contact%tools, contact%candidates, level, &
+                       contact%spec%compliance, time_step, subcell=.false.)
       associate (system => contact%system, n => contact%candidates%count)
          allocate (lacks(system%rows), x(system%rows), source=0.0_wp)
          allocate (held(system%rows), source=.false.)
@@ -67,7 +86,7 @@ contains
                missing = it%velocity - point_velocity(level, it)
                held(c) = system%scale(c) > 0.0_wp
                lacks(c) = dot_product(it%normal, missing)*system%scale(c)
-               if (it%frictional == 0 .or. it%slides) cycle
+               if (it%frictional == 0) cycle
                last = n + 2*it%frictional
                held(last - 1:last) = system%scale(last - 1:last) > 0.0_wp
                do t = 1, 2

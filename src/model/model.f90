@@ -8,7 +8,7 @@ module m_model
    use m_text, only: to_text
    use m_communicator, only: communicator_t
    use m_timers, only: timers_t
-   use m_scene, only: scene_t, time_spec_t, level_spec_t, update_usl, update_musl
+   use m_scene, only: scene_t, time_spec_t, level_spec_t, update_usl, update_usf, update_musl
    use m_domain_kinds, only: domain_kinds
    use m_grid_level, only: make_grid_level
    use m_static_losses, only: static_losses_t
@@ -206,6 +206,7 @@ contains
       call self%place_layers()
       call self%contact%build(scene)
       self%contact%strains_apart = self%method%stress_update /= update_usl
+      self%contact%strains_next = self%method%stress_update == update_usf
       self%contact%followed = self%contact%active() .and. (self%method%affine .or. self%method%stress_update &
                                                            == update_usl)
       allocate (self%lost_in_merging(blocks_before(self%levels, size(self%levels) + 1)), source=0.0_wp)
