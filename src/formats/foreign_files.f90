@@ -7,14 +7,20 @@ module m_foreign_files
 
    !> How a kind of file begins, what it is, and what is allowed in its place.
    type :: kind_t
-      character(len=24) :: begins = ''
+      character(len=32) :: begins = ''
       integer :: length = 0 !< of `begins`; bytes of 0 count
       character(len=64) :: what = ''
-      character(len=128) :: allowed = ''
+      character(len=192) :: allowed = ''
    end type kind_t
 
    character(len=*), parameter :: gwyddion = 'saved by Gwyddion as .gwy or exported as text'
    character(len=*), parameter :: mesh = 'its surface as STL or OBJ, by meshio, trimesh, Gmsh or Blender'
+   character(len=*), parameter :: volume = 'its surface as STL: python -c "import pyvista; '// &
+      'pyvista.read(''FILE'').extract_surface().triangulate().save(''a.stl'')", or by Gmsh'
+   character(len=*), parameter :: deck = 'its surface as STL: meshio convert FILE a.vtu, then '// &
+      'python -c "import pyvista; pyvista.read(''a.vtu'').extract_surface().triangulate().save(''a.stl'')"'
+   character(len=*), parameter :: maker = 'its surface as STL, by the program that made it or by Gmsh'
+   character(len=*), parameter :: cad = 'its surface as STL, by Gmsh, FreeCAD or the program that made it'
    character(len=*), parameter :: zip = 'PK'//achar(3)//achar(4)
 
 contains
@@ -26,9 +32,11 @@ contains
       if (index(bytes, 'GWYP') == 1 .or. index(bytes, 'GWYO') == 1) then
          fault = 'is a file of Gwyddion (.gwy); make a map of it first: gimp3d-post heights FILE'
       else
-         fault = sentence_of(bytes, [instruments(), microscopes(), meshes()])
+         fault = sentence_of(bytes, [instruments(), microscopes(), models(), meshes(), decks()])
       end if
-      if (fault == '' .and. is_iges(bytes)) fault = 'is a CAD model (IGES); allowed: '//mesh
+      if (fault == '' .and. is_iges(bytes)) fault = 'is a CAD model (IGES); allowed: '//cad
+      if (fault == '' .and. is_universal(bytes)) &
+         fault = 'is a universal file of I-DEAS (.unv); allowed: '//maker
    end function foreign_map
 
    !> What a file of grains is; empty: none of these.
@@ -118,25 +126,71 @@ contains
                        'heights saved by Gwyddion as .gwy, a body as STL or OBJ')]
    end function microscopes
 
+   !> Models of CAD and of drawing programs.
+   pure function models() result(kinds)
+      type(kind_t), allocatable :: kinds(:)
+      kinds = [kind_of('glTF', 'a glTF file', mesh), &
+               kind_of('BLENDER', 'a file of Blender', mesh), &
+               kind_of('#VRML', 'a VRML file', mesh), &
+               kind_of('Kaydara FBX', 'an FBX file', mesh), &
+               kind_of('#usda', 'a USD file', mesh), kind_of('PXR-USDC', 'a USD file', mesh), &
+               kind_of('ISO-10303-21', 'a CAD model (STEP)', cad), &
+               kind_of('DBRep_DrawableShape', 'a CAD model (BRep)', cad), &
+               kind_of('CASCADE Topology', 'a CAD model (BRep)', cad), &
+               kind_of('**ABCDEFGHIJKLMNOPQR', 'a CAD model (Parasolid)', cad), &
+               kind_of('3D Geometry File Format', 'a CAD model (Rhino)', cad), &
+               kind_of('AC10', 'a drawing (DWG)', cad), &
+               kind_of('AutoCAD Binary DXF', 'a drawing (DXF)', cad), &
+               kind_of('  0'//new_line('a')//'SECTION', 'a drawing (DXF)', cad), &
+               kind_of('0'//new_line('a')//'SECTION', 'a drawing (DXF)', cad), &
+               kind_of('  0'//achar(13)//new_line('a')//'SECTION', 'a drawing (DXF)', cad), &
+               kind_of(achar(208)//achar(207)//achar(17)//achar(224), &
+                       'a file of SolidWorks, Inventor or an old Office', cad)]
+   end function models
+
+   !> Surfaces and meshes.
    pure function meshes() result(kinds)
       type(kind_t), allocatable :: kinds(:)
       kinds = [kind_of('ply', 'a PLY file', mesh), &
-               kind_of('$MeshFormat', 'a mesh of Gmsh (.msh)', mesh), &
+               kind_of('$MeshFormat', 'a mesh of Gmsh (.msh)', volume), &
+               kind_of('$NOD', 'a mesh of Gmsh (.msh)', volume), &
+               kind_of('(0 ', 'a mesh of Fluent (.msh, .cas)', volume), &
+               kind_of('(1 ', 'a mesh of Fluent (.msh, .cas)', volume), &
+               kind_of('(2 ', 'a mesh of Fluent (.msh, .cas)', volume), &
                kind_of('OFF', 'an OFF file', mesh), &
-               kind_of('# vtk DataFile', 'a file of VTK', mesh), &
+               kind_of('# vtk DataFile', 'a file of VTK', volume), &
                kind_of('<?xml', 'an XML file (VTK, AMF, X3D, ...)', mesh), &
-               kind_of('<VTKFile', 'a file of VTK', mesh), &
-               kind_of('glTF', 'a glTF file', mesh), &
-               kind_of('ISO-10303-21', 'a CAD model (STEP)', mesh), &
-               kind_of('BLENDER', 'a file of Blender', mesh), &
-               kind_of('*HEADING', 'a deck of Abaqus', mesh), kind_of('*Heading', 'a deck of Abaqus', mesh), &
-               kind_of('*NODE', 'a deck of Abaqus or CalculiX', mesh), &
-               kind_of('*Node', 'a deck of Abaqus or CalculiX', mesh), &
-               kind_of('MeshVersionFormatted', 'a mesh of Medit', mesh), &
-               kind_of('#VRML', 'a VRML file', mesh), &
-               kind_of('DBRep_DrawableShape', 'a CAD model (BRep)', mesh), &
-               kind_of('CASCADE Topology', 'a CAD model (BRep)', mesh)]
+               kind_of('<VTKFile', 'a file of VTK', volume), &
+               kind_of('MeshVersionFormatted', 'a mesh of Medit', deck), &
+               kind_of(' MeshVersionFormatted', 'a mesh of Medit', deck), &
+               kind_of('mesh3d', 'a mesh of Netgen (.vol)', deck), &
+               kind_of('# Created by COMSOL Multiphysics', 'a mesh of COMSOL (.mphtxt)', &
+                       'its surface as STL, by COMSOL''s export'), &
+               kind_of('CDF', 'a NetCDF file (Exodus, GMT)', &
+                       'a mesh''s surface as STL by PyVista, heights as text, or as HDF5 with height'), &
+               kind_of('FoamFile', 'a mesh of OpenFOAM', 'its surface as STL, by surfaceMeshExtract'), &
+               kind_of('TITLE', 'a file of Tecplot', deck), kind_of('#!TDV', 'a file of Tecplot', deck)]
    end function meshes
+
+   !> Decks of finite-element programs.
+   pure function decks() result(kinds)
+      type(kind_t), allocatable :: kinds(:)
+      kinds = [kind_of('*KEYWORD', 'a deck of LS-DYNA', maker), &
+               kind_of('*keyword', 'a deck of LS-DYNA', maker), &
+               kind_of('$#', 'a deck of LS-DYNA', maker), &
+               kind_of('*HEADING', 'a deck of Abaqus', deck), &
+               kind_of('*Heading', 'a deck of Abaqus', deck), &
+               kind_of('*NODE', 'a deck of Abaqus or CalculiX', deck), &
+               kind_of('*Node', 'a deck of Abaqus or CalculiX', deck), &
+               kind_of('**', 'a deck of Abaqus or CalculiX', deck), &
+               kind_of('BEGIN BULK', 'a deck of Nastran', deck), &
+               kind_of('SOL ', 'a deck of Nastran', deck), &
+               kind_of('CEND', 'a deck of Nastran', deck), kind_of('GRID', 'a deck of Nastran', deck), &
+               kind_of('$', 'a deck of Nastran or LS-DYNA', maker), &
+               kind_of('/COM', 'a deck of ANSYS (.cdb)', maker), &
+               kind_of('/PREP7', 'a deck of ANSYS (.cdb)', maker), &
+               kind_of('/BATCH', 'a deck of ANSYS (.cdb)', maker)]
+   end function decks
 
    !> IGES: the 73rd column of its first line is S.
    pure logical function is_iges(bytes)
@@ -144,5 +198,24 @@ contains
       is_iges = .false.
       if (len(bytes) > 81) is_iges = bytes(73:73) == 'S' .and. bytes(79:80) /= '  ' .and. bytes(80:80) == '1'
    end function is_iges
+
+   !> A universal file begins with a line of -1 and one with the number of a dataset, alone.
+   pure logical function is_universal(bytes)
+      character(len=*), intent(in) :: bytes
+      character(len=4), parameter :: datasets(7) = ['151 ', '164 ', '2411', '2412', '2420', '15  ', '781 ']
+      integer :: first, second
+      is_universal = .false.
+      first = scan(bytes(:min(len(bytes), 90)), new_line('a'))
+      if (first < 3) return
+      if (plain(bytes(:first - 1)) /= '-1') return
+      second = scan(bytes(first + 1:min(len(bytes), first + 90)), new_line('a'))
+      if (second > 1) is_universal = any(plain(bytes(first + 1:first + second - 1)) == datasets)
+   contains
+      pure function plain(line)
+         character(len=*), intent(in) :: line
+         character(len=:), allocatable :: plain
+         plain = trim(adjustl(line(:scan(line//achar(13), achar(13)) - 1)))
+      end function plain
+   end function is_universal
 
 end module m_foreign_files

@@ -1,30 +1,49 @@
-!> Grains as lines of text: an orientation, or x y z and an orientation, each.
+!> Grains as lines of text: an orientation, or x y z and an orientation, each; or columns that have names.
 module m_grain_lines
    use m_kinds, only: wp
+   use m_column_names, only: columns_t, read_columns, max_columns
    use m_grain_list, only: grain_list_t
+   use m_length_units, only: length_unit, units_of_length
    use m_number_text, only: read_real, number_good
+   use m_orientations, only: bunge_degrees, bunge_radians
    use m_text, only: to_text
-   use m_text_lines, only: lines_t, with_decimal_points
+   use m_text_lines, only: lines_t, with_decimal_points, is_comment, comments
    implicit none
    private
    public :: read_grain_lines
 
    integer, parameter :: widths(6) = [3, 4, 9, 6, 7, 12] !< the last three begin with a place
    integer, parameter :: max_width = 13
+   !> Names of orientations' columns, a form a column.
+   character(len=16), parameter :: bunge(3, 5) = reshape([character(len=16) :: 'phi1', 'phi', 'phi2', &
+      'euler1', 'euler2', 'euler3', 'eulerangles0', 'eulerangles1', 'eulerangles2', &
+      'avgeulerangles0', 'avgeulerangles1', 'avgeulerangles2', 'e1', 'e2', 'e3'], [3, 5])
+   character(len=2), parameter :: rodrigues(3, 2) = reshape([character(len=2) :: 'r1', 'r2', 'r3', &
+      'rx', 'ry', 'rz'], [3, 2])
+   character(len=2), parameter :: quaternion(4, 2) = reshape([character(len=2) :: 'q0', 'q1', 'q2', 'q3', &
+      'qw', 'qx', 'qy', 'qz'], [4, 2])
+   character(len=3), parameter :: matrix(9) = [character(len=3) :: 'g11', 'g12', 'g13', 'g21', 'g22', 'g23', &
+      'g31', 'g32', 'g33']
 
 contains
 
-   !> A line a grain; what follows # or ! is not read. `fault` says what is wrong; empty: nothing.
+   !> A line a grain; what follows #, ! or % is not read. `fault` says what is wrong; empty: nothing.
    subroutine read_grain_lines(bytes, list, fault)
       character(len=:), allocatable, intent(inout) :: bytes
       type(grain_list_t), intent(inout) :: list
       character(len=:), allocatable, intent(inout) :: fault
       type(lines_t) :: lines
       real(wp), allocatable :: rows(:, :), more(:, :)
-      real(wp) :: row(max_width)
+      type(columns_t) :: columns
+      real(wp) :: row(max_columns), factor
+      integer, allocatable :: order(:)
       integer :: n, width, count
       logical :: ok
       call with_decimal_points(bytes, fault)
+      if (fault /= '') return
+      factor = 1.0_wp
+      call read_columns(bytes, lines, columns)
+      if (columns%line > 0) call choose_columns(columns, order, factor, list, fault)
       if (fault /= '') return
       allocate (rows(max_width, 64))
       width = 0
@@ -32,8 +51,17 @@ contains
       do while (lines%next_line(bytes))
          call read_row(bytes, lines, row, n, ok)
          if (ok .and. n == 0) cycle
+         if (allocated(order)) then
+            ok = ok .and. n == size(columns%name)
+            if (ok) row(:size(order)) = row(order)
+            n = size(order)
+         end if
          if (width == 0) width = n
-         if (.not. ok .or. n /= width .or. .not. any(width == widths)) then
+         if (.not. ok .and. allocated(order)) then
+            fault = 'line '//to_text(lines%line)//' must be '//to_text(size(columns%name))// &
+                    ' numbers, one for each column that line '//to_text(columns%line)//' names'
+            return
+         else if (.not. ok .or. n /= width .or. .not. any(width == widths)) then
             fault = 'line '//to_text(lines%line)//' of it must be an orientation (3 angles, or as angles '// &
                     'says 3, 4 or 9 numbers), or 3 coordinates and an orientation, as in all its lines'
             return
@@ -44,7 +72,7 @@ contains
             call move_alloc(more, rows)
          end if
          count = count + 1
-         rows(:, count) = row
+         rows(:, count) = row(:max_width)
       end do
       if (count == 0) then
          fault = 'has no grains; allowed: a line each'
@@ -55,7 +83,57 @@ contains
       list%numbers = width - n
       list%orientations = reshape(rows(n + 1:width, :count), [list%numbers*count])
       if (n > 0) list%positions = reshape(rows(:3, :count), [3*count])
+      if (n > 0) list%positions = factor*list%positions
    end subroutine read_grain_lines
+
+   !> Which of the named columns are the place and the orientation, in which units.
+   subroutine choose_columns(columns, order, factor, list, fault)
+      type(columns_t), intent(in) :: columns
+      integer, allocatable, intent(out) :: order(:)
+      real(wp), intent(inout) :: factor !< m, of the places' unit
+      type(grain_list_t), intent(inout) :: list
+      character(len=:), allocatable, intent(inout) :: fault
+      integer, allocatable :: place(:)
+      integer :: n
+      place = [columns%find([character(len=10) :: 'x', 'xpos', 'posx', 'centroidx', 'centroids0']), &
+               columns%find([character(len=10) :: 'y', 'ypos', 'posy', 'centroidy', 'centroids1']), &
+               columns%find([character(len=10) :: 'z', 'zpos', 'posz', 'centroidz', 'centroids2'])]
+      do n = 1, size(bunge, 2) + size(rodrigues, 2) + size(quaternion, 2) + 1
+         if (n <= 5) then
+            order = columns_of(columns, bunge(:, n))
+         else if (n <= 7) then
+            order = columns_of(columns, rodrigues(:, n - 5))
+         else if (n <= 9) then
+            order = columns_of(columns, quaternion(:, n - 7))
+         else
+            order = columns_of(columns, matrix)
+         end if
+         if (all(order > 0)) exit
+      end do
+      if (.not. all(order > 0) .or. (any(place > 0) .and. any(place == 0))) then
+         fault = columns%sentence('x y z or none of them, and phi1 Phi phi2, r1 r2 r3, qw qx qy qz or '// &
+                                  'g11 to g33')
+         return
+      end if
+      if (n <= 5) then
+         select case (columns%unit(order(1)))
+         case ('deg', 'degree', 'degrees', char(194)//char(176)); list%form = bunge_degrees
+         case ('rad', 'radian', 'radians'); list%form = bunge_radians
+         end select
+      end if
+      if (all(place == 0)) return
+      order = [place, order]
+      if (columns%unit(place(1)) == '') return
+      factor = length_unit(trim(columns%unit(place(1))))
+      if (factor <= 0.0_wp) fault = columns%sentence(units_of_length//' as the unit of x, y and z')
+   end subroutine choose_columns
+
+   pure function columns_of(columns, names) result(order)
+      type(columns_t), intent(in) :: columns
+      character(len=*), intent(in) :: names(:)
+      integer :: order(size(names)), n
+      order = [(columns%find(names(n:n)), n=1, size(names))]
+   end function columns_of
 
    !> The numbers of a line, none where it is empty.
    subroutine read_row(bytes, lines, row, n, ok)
@@ -69,12 +147,12 @@ contains
       row = 0.0_wp
       ok = .true.
       do while (ok .and. lines%next_word(bytes, at, to))
-         if (scan(bytes(at:at), '#!') > 0) exit
-         if (scan(bytes(at:to), '#!') > 0) to = at + scan(bytes(at:to), '#!') - 2
+         if (is_comment(bytes(at:at))) exit
+         if (scan(bytes(at:to), comments) > 0) to = at + scan(bytes(at:to), comments) - 2
          if (n < size(row)) n = n + 1
          call read_real(bytes(at:to), row(n), status)
          ok = status == number_good
-         if (scan(bytes(to + 1:min(to + 1, len(bytes))), '#!') > 0) exit
+         if (scan(bytes(to + 1:min(to + 1, len(bytes))), comments) > 0) exit
       end do
    end subroutine read_row
 

@@ -3,6 +3,7 @@
 module m_height_matrix
    use m_kinds, only: wp
    use m_height_map, only: height_map_t, row_at_top
+   use m_length_units, only: length_unit, units_of_length
    use m_number_text, only: read_real, number_good
    use m_text, only: to_text
    use m_text_lines, only: rows_t
@@ -11,7 +12,7 @@ module m_height_matrix
    public :: take_matrix
 
    integer, parameter :: max_narrow = 64 !< rows of a map that is three wide
-   character(len=*), parameter :: micro = char(194)//char(181), mu = char(206)//char(188), latin = char(181)
+   integer, parameter :: min_numbered = 5 !< lines that may be a list with numbers in front
 
 contains
 
@@ -33,9 +34,28 @@ contains
                  'each place of a grid along x and y'
          return
       end if
+      if (are_numbered(rows)) then
+         fault = 'numbers its lines in the first column, as lists of nodes and points do; allowed: a '// &
+                 'line a row of heights, or lines x y z'
+         return
+      end if
       map%height = reshape(rows%value, [rows%width(1), size(rows%width)])
       call take_header(rows%header, map, fault)
    end subroutine take_matrix
+
+   !> The first column counts the lines, which no heights do where the others are no whole numbers.
+   pure logical function are_numbered(rows)
+      type(rows_t), intent(in) :: rows
+      integer :: n, width
+      width = rows%width(1)
+      are_numbered = .false.
+      if (size(rows%width) < min_numbered .or. width < 3) return
+      associate (first => rows%value(1::width))
+         are_numbered = any(abs(first(1) - [0.0_wp, 1.0_wp]) <= 0.0_wp) .and. &
+                        all(abs(first - first(1) - [(real(n, wp), n=0, size(first) - 1)]) <= 0.0_wp) .and. &
+                        any(abs(rows%value - anint(rows%value)) > 0.0_wp)
+      end associate
+   end function are_numbered
 
    !> `# Width: 5.00 um`, `# Height: 5.00 um`, `# Value units: m`: then the first row is the top of the
    !> picture, and widths are those of all pixels.
@@ -58,10 +78,10 @@ contains
       map%spacing_in_m = .true.
       text = said(header, '# Value units:')
       if (text == '') return
-      call find_unit(text, unit)
+      unit = length_unit(text)
       map%scale = unit
       if (.not. unit > 0.0_wp) fault = 'says its values are in '''//text// &
-         ''', which is no length; allowed: heights in m, mm, um, nm, pm or Angstrom'
+         ''', which is no length; allowed: heights in '//units_of_length
    end subroutine take_header
 
    !> What stands behind a word of a header, to its line's end; empty where it is not there.
@@ -93,26 +113,11 @@ contains
       status = 1
       length = 0.0_wp
       if (at > 1) call read_real(plain(:at - 1), length, status)
-      if (at > 1) call find_unit(trim(adjustl(plain(at:))), unit)
+      if (at > 1) unit = length_unit(trim(adjustl(plain(at:))))
       if (status /= number_good .or. .not. (unit > 0.0_wp .and. length > 0.0_wp)) &
          fault = 'has a header with the extent '''//text// &
-                 '''; allowed: a number above 0 and m, mm, um, nm, pm or Angstrom'
+                 '''; allowed: a number above 0 and '//units_of_length
       length = length*unit
    end subroutine read_length
-
-   !> A unit of length in m; 0: none.
-   pure subroutine find_unit(word, unit)
-      character(len=*), intent(in) :: word
-      real(wp), intent(out) :: unit
-      select case (word)
-      case ('m'); unit = 1.0_wp
-      case ('mm'); unit = 1.0e-3_wp
-      case ('um', 'micron', micro//'m', mu//'m', latin//'m'); unit = 1.0e-6_wp
-      case ('nm'); unit = 1.0e-9_wp
-      case ('pm'); unit = 1.0e-12_wp
-      case ('A', 'Angstrom', char(195)//char(133), char(197)); unit = 1.0e-10_wp
-      case default; unit = 0.0_wp
-      end select
-   end subroutine find_unit
 
 end module m_height_matrix

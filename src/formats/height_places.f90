@@ -1,13 +1,16 @@
-!> Heights as a list of lines `x y z`, one for each place of a grid along x and y, in any order.
+!> Heights as a list of lines `x y z`, one for each place of a grid along x and y, in any order; names may
+!> stand over the columns, with units.
 module m_height_places
    use m_kinds, only: wp, i8
+   use m_column_names, only: columns_t
    use m_height_map, only: height_map_t, row_at_bottom
+   use m_length_units, only: length_unit, units_of_length
    use m_sorting, only: sorted_order
    use m_text, only: to_text
    use m_text_lines, only: rows_t
    implicit none
    private
-   public :: take_places
+   public :: take_places, take_named
 
    integer, parameter :: min_places = 4
    real(wp), parameter :: same_place = 1.0e-6_wp !< of the extent: numbers that are rounded
@@ -15,6 +18,49 @@ module m_height_places
    real(wp), parameter :: uneven = 0.1_wp        !< of that distance, between neighbours
 
 contains
+
+   !> Keep of named columns x, y and z alone, with what their units say; then they must be a list of places.
+   subroutine take_named(columns, rows, map, fault)
+      type(columns_t), intent(in) :: columns
+      type(rows_t), intent(inout) :: rows
+      type(height_map_t), intent(inout) :: map
+      character(len=:), allocatable, intent(inout) :: fault
+      integer :: at(3), n, width
+      real(wp) :: factor(3)
+      logical :: is_list
+      at = [columns%find([character(len=8) :: 'x', 'posx', 'xpos', 'xcoord', 'position', 'points0']), &
+            columns%find([character(len=8) :: 'y', 'posy', 'ypos', 'ycoord', 'points1']), &
+            columns%find([character(len=10) :: 'z', 'height', 'heights', 'h', 'topography', 'zheight', &
+                          'zcoord', 'points2', 'elevation', 'value'])]
+      if (any(at == 0)) then
+         fault = columns%sentence('x, y, and z or height; without names a line a row of heights')
+         return
+      end if
+      width = size(columns%name)
+      n = findloc(rows%width /= width, .true., dim=1)
+      if (n > 0) then
+         fault = 'line '//to_text(rows%line(n))//': has '//to_text(rows%width(n))//' numbers, and line '// &
+                 to_text(columns%line)//' names '//to_text(width)//' columns'
+         return
+      end if
+      do n = 1, 3
+         factor(n) = length_unit(trim(columns%unit(at(n))))
+         if (factor(n) > 0.0_wp .or. columns%unit(at(n)) == '') cycle
+         fault = columns%sentence(units_of_length//' as units of x, y and heights')
+         return
+      end do
+      if (factor(1) > 0.0_wp .neqv. factor(2) > 0.0_wp) factor(1:2) = maxval(factor(1:2))
+      map%spacing_in_m = factor(1) > 0.0_wp
+      map%scale = factor(3)
+      where (factor <= 0.0_wp .or. [.false., .false., .true.]) factor = 1.0_wp
+      associate (count => size(rows%width))
+         rows%value = [(factor*rows%value((n - 1)*width + at), n=1, count)]
+         rows%width = [(3, n=1, count)]
+      end associate
+      call take_places(rows, map, is_list, fault)
+      if (.not. is_list) fault = 'names columns of places and heights, but x and y are no places of a '// &
+                                 'complete grid; allowed: a line for each place of a grid along x and y, once'
+   end subroutine take_named
 
    !> `is_list`: three columns of which the first two are the places of a grid, at least half of them, each
    !> once. Then `map` is the grid, or `fault` says what it lacks.

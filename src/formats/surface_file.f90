@@ -2,15 +2,16 @@
 !> its own, and a line here.
 module m_surface_file
    use m_kinds, only: wp
+   use m_column_names, only: columns_t, read_columns
    use m_foreign_files, only: foreign_map
    use m_height_grids, only: is_esri_grid, is_surfer_grid, read_esri_grid, read_surfer_grid
    use m_height_map, only: height_map_t
    use m_height_matrix, only: take_matrix
-   use m_height_places, only: take_places
+   use m_height_places, only: take_places, take_named
    use m_number_text, only: read_real, number_none
    use m_obj_file, only: is_obj, read_obj
    use m_stl_file, only: is_binary_stl, is_text_stl, may_be_stl, read_binary_stl, read_text_stl
-   use m_text_lines, only: lines_t, rows_t, read_rows, with_decimal_points
+   use m_text_lines, only: lines_t, rows_t, read_rows, with_decimal_points, is_comment
    use m_triangle_list, only: triangle_list_t
    implicit none
    private
@@ -59,6 +60,7 @@ contains
       character(len=:), allocatable, intent(inout) :: fault
       type(rows_t) :: rows
       type(lines_t) :: start
+      type(columns_t) :: columns
       logical :: is_list
       call with_decimal_points(bytes, fault)
       if (fault /= '') return
@@ -67,23 +69,33 @@ contains
       else if (is_surfer_grid(bytes)) then
          call read_surfer_grid(bytes, map, fault)
       else
+         call read_columns(bytes, start, columns)
          call read_rows(bytes, start, rows, fault)
          if (fault /= '') return
-         call take_places(rows, map, is_list, fault)
+         is_list = columns%line > 0
+         if (is_list) then
+            call take_named(columns, rows, map, fault)
+         else
+            call take_places(rows, map, is_list, fault)
+         end if
          if (.not. is_list) call take_matrix(rows, map, fault)
       end if
    end subroutine read_map
 
-   !> True of a text whose first line that is no comment begins with a number, also one with a decimal comma.
+   !> True of a text whose first line that is no comment begins with a number, also one with a decimal comma,
+   !> or names columns of numbers.
    logical function is_heights(bytes)
       character(len=*), intent(in) :: bytes
       type(lines_t) :: lines
+      type(columns_t) :: columns
       real(wp) :: value
       integer :: at, to, status
-      is_heights = .false.
+      call read_columns(bytes, lines, columns)
+      is_heights = columns%line > 0
+      if (is_heights) return
       do while (lines%next_line(bytes))
          if (.not. lines%next_word(bytes, at, to)) cycle
-         if (bytes(at:at) == '#') cycle
+         if (is_comment(bytes(at:at))) cycle
          call read_real(bytes(at:to), value, status)
          is_heights = status /= number_none
          return

@@ -6,9 +6,10 @@ module m_text_lines
    use m_text, only: to_text
    implicit none
    private
-   public :: with_decimal_points, read_rows
+   public :: with_decimal_points, read_rows, is_comment
 
    character(len=*), parameter :: blanks = ' ,;'//achar(9)//achar(13)//achar(0)//achar(26)
+   character(len=*), parameter, public :: comments = '#!%'
    character(len=*), parameter :: byte_order = char(239)//char(187)//char(191) !< of UTF-8
    integer, parameter :: first_room = 4096 !< numbers
 
@@ -31,6 +32,12 @@ module m_text_lines
    end type rows_t
 
 contains
+
+   !> Whether what begins with this letter is a comment, up to the end of its line.
+   pure logical function is_comment(letter)
+      character(len=1), intent(in) :: letter
+      is_comment = index(comments, letter) > 0
+   end function is_comment
 
    !> Step to the next line; false where there is none.
    logical function next_line(self, bytes)
@@ -90,9 +97,10 @@ contains
       logical :: turned
       turned = .false.
       do while (lines%next_line(bytes))
-         content = index(bytes(lines%first:lines%last)//'#', '#') - 1
+         content = scan(bytes(lines%first:lines%last)//'#', comments) - 1
          associate (first => lines%first, last => lines%first + content - 1)
             if (index(bytes(first:last), ',') == 0) cycle
+            if (scan(bytes(first:last), '0123456789') == 0) cycle ! names of columns
             call find_decimal_comma(bytes(first:last), at, to)
             if (at == 0 .and. .not. turned) return
             if (at == 0 .or. index(bytes(first:last), '.') > 0) then
@@ -108,7 +116,7 @@ contains
       end do
    end subroutine with_decimal_points
 
-   !> All numbers of a text, row by row; # begins a comment.
+   !> All numbers of a text, row by row; #, ! or % begins a comment.
    subroutine read_rows(bytes, from, rows, fault)
       character(len=*), intent(in) :: bytes
       type(lines_t), intent(in) :: from !< the lines before have been read
@@ -124,7 +132,7 @@ contains
       do while (lines%next_line(bytes))
          in_row = 0
          do while (lines%next_word(bytes, at, to))
-            if (bytes(at:at) == '#') then
+            if (is_comment(bytes(at:at))) then
                if (count == 0) rows%header = rows%header//bytes(at:lines%last)//new_line('a')
                exit
             end if

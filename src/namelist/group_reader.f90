@@ -65,6 +65,7 @@ module m_group_reader
       procedure, private :: check_count
       procedure, private :: number
       procedure, private :: word_index
+      procedure, private :: note_unit
    end type group_reader_t
 
    interface
@@ -93,6 +94,13 @@ module m_group_reader
          character(len=*), intent(in) :: expected
          logical, intent(out) :: good
       end subroutine check_count
+      !> Where a value is a number and its unit in one, as 210GPa or '210 GPa': that no unit is written, and
+      !> what would be.
+      module function note_unit(self, found, i) result(text)
+         class(group_reader_t), intent(in) :: self
+         integer, intent(in) :: found, i
+         character(len=:), allocatable :: text
+      end function note_unit
       module subroutine get_option(self, name, value, options)
          class(group_reader_t), intent(inout) :: self
          character(len=*), intent(in) :: name
@@ -287,7 +295,7 @@ contains
       associate (entry => self%group%entries(found))
          call read_real(entry%value_text(i), new, fault)
          if (entry%values(i)%quoted .or. .not. any(fault == [number_good, number_infinite, number_size])) then
-            call self%refuse(entry%name, expected)
+            call self%refuse(entry%name, expected//self%note_unit(found, i))
          else if (fault == number_infinite) then
             call self%refuse(entry%name, spliced(expected, 'finite'))
          else if (fault == number_size) then

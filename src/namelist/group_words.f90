@@ -38,10 +38,32 @@ contains
          unit = entry%value_text(last)
          call read_real(entry%value_text(last - 1), value, fault)
          if (fault == number_good .and. factor_of(unit) > 0.0_wp) &
-            text = '; units are not written, all is in SI: '//to_text(value*factor_of(unit))//' for '// &
-                   entry%value_text(last - 1)//' '//unit
+            text = in_si(value, unit, entry%value_text(last - 1)//' '//unit)
       end associate
    end function unit_behind
+
+   module procedure note_unit
+      character(len=:), allocatable :: word, unit
+      real(wp) :: value
+      integer :: length, fault
+      text = ''
+      word = trim(self%group%entries(found)%value_text(i))
+      do length = len(word) - 1, 1, -1
+         call read_real(word(:length), value, fault)
+         if (fault /= number_good) cycle
+         unit = trim(adjustl(word(length + 1:)))
+         if (factor_of(unit) > 0.0_wp) text = in_si(value, unit, word)
+         return
+      end do
+   end procedure note_unit
+
+   function in_si(value, unit, shown) result(text)
+      real(wp), intent(in) :: value
+      character(len=*), intent(in) :: unit, shown
+      character(len=:), allocatable :: text
+      text = '; units are not written, all is in SI: '//to_text(value*factor_of(unit))//' for '//shown
+      if (index(unit, 'deg') == 1) text = '; units are not written: '//to_text(value)//' for '//shown
+   end function in_si
 
    module procedure begin_schema
       call self%begin()

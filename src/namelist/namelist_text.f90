@@ -125,7 +125,7 @@ contains
       if (cursor%next() /= '&') then
          word = cursor%text_to_line_end()
          call fail(error, exit_input, 'line '//to_text(cursor%line)//': text outside a group: '// &
-                   abbreviated(word)//'; allowed: comments behind !')
+                   abbreviated(word)//'; allowed: comments behind !'//slash_in_a_unit(cursor))
          return
       end if
       cursor%at = cursor%at + 1
@@ -153,6 +153,16 @@ contains
       end do
       group%entries = entries(:count)
    end subroutine parse_group
+
+   !> Where text stands right behind the / that ended a group, as in 20 m/s: what a / is.
+   pure function slash_in_a_unit(cursor) result(hint)
+      type(cursor_t), intent(in) :: cursor
+      character(len=:), allocatable :: hint
+      hint = ''
+      if (cursor%at < 2) return
+      if (cursor%text(cursor%at - 1:cursor%at - 1) == '/') &
+         hint = '. A / ends a group, also in m/s: units are not written, all is in SI'
+   end function slash_in_a_unit
 
    !> Whether the group ends here; steps over its end.
    logical function group_ends(cursor, group, error)

@@ -301,6 +301,7 @@ contains
       character(len=*), intent(in) :: unit
       select case (unit)
       case ('m', 's', 'N', 'Pa', 'kg', 'J', 'K', 'm/s', 'kg/m3', 'kg/m^3'); factor_of = 1.0_wp
+      case ('deg', 'degrees'); factor_of = 1.0_wp
       case ('GPa', 'GHz', 'gpa'); factor_of = 1.0e9_wp
       case ('MPa', 'MN', 'mpa', 'N/mm2', 'N/mm^2'); factor_of = 1.0e6_wp
       case ('kPa', 'kN', 'km', 'kpa', 'g/cm3', 'g/cm^3'); factor_of = 1.0e3_wp

@@ -139,8 +139,29 @@ def foreign():
         ("a sur file", b"DIGITAL SURF\0\0", "is a file of Digital Surf (.sur, .pro)"),
         ("Zygo's file", b"\x88\x1b\x03\x6f\0\2", "is a file of Zygo (.dat)"),
         ("an array of NumPy", b"\x93NUMPY\1\0", "is an array of NumPy (.npy)"),
+        ("Fluent's mesh", b'(0 "GAMBIT to Fluent File")\n(2 3)\n', "is a mesh of Fluent (.msh, .cas)"),
+        (
+            "Fluent's mesh, its dimension first",
+            b"(2 3)\n(10 (0 1 8 0 3))\n",
+            "is a mesh of Fluent (.msh, .cas)",
+        ),
+        ("a deck of LS-DYNA", b"*KEYWORD\n*NODE\n", "is a deck of LS-DYNA"),
+        ("a deck of CalculiX", b"** made by PrePoMax\n*Heading\n", "is a deck of Abaqus or CalculiX"),
+        ("a deck of Nastran", b"$ made by Patran\nSOL 101\n", "is a deck of Nastran or LS-DYNA"),
+        ("a deck of ANSYS", b"/COM,ANSYS RELEASE\n/PREP7\n", "is a deck of ANSYS (.cdb)"),
+        ("a universal file", b"    -1\n  2411\n         1\n", "is a universal file of I-DEAS (.unv)"),
+        ("Exodus", b"CDF\x01\0\0\0\0", "is a NetCDF file (Exodus, GMT)"),
+        ("Netgen's mesh", b"mesh3d\ndimension\n3\n", "is a mesh of Netgen (.vol)"),
+        ("COMSOL's mesh", b"# Created by COMSOL Multiphysics.\n", "is a mesh of COMSOL (.mphtxt)"),
+        ("a drawing", b"  0\nSECTION\n  2\nHEADER\n", "is a drawing (DXF)"),
     ):
         refuse(SURFACE, name, begins + bytes(200), sentence)
+    points = np.random.default_rng(4).uniform(size=(8, 3))
+    nodes = "8 3 0 0\n" + "".join(f"{n} {x} {y} {z}\n" for n, (x, y, z) in enumerate(points, 1))
+    refuse(SURFACE, "TetGen's nodes", nodes.encode(), "", "spacing=1e-7,1e-7")
+    refuse(
+        SURFACE, "numbered nodes", nodes.split("\n", 1)[1].encode(), "numbers its lines", "spacing=1e-7,1e-7"
+    )
     ball = surfaces.sphere(1e-6, 1e-7)
     exact = 4 / 3 * np.pi * 1e-18
     volume("STL whose header says ply", writers.binary_stl(ball, b"ply made by a program"), exact, "", 3e-2)
@@ -175,6 +196,31 @@ def all_grains():
     for form, numbers in lines.items():
         text = writers.rows(np.column_stack([1e-5 * seeds, numbers]), "%.15e").encode()
         grains(f"lines x y z and {form}", text, None, quaternions, f"angles='{form}'", (near[0], none))
+    more = np.column_stack([np.arange(1, 13), 10 * seeds, angles, np.ones(12)])
+    for name, head, mark in (
+        ("blanks", "Grain X(um) Y(um) Z(um) phi1(deg) PHI(deg) phi2(deg) phase", " "),
+        ("semicolons", "id;X [um];Y [um];Z [um];Euler 1;Euler 2;Euler 3;size", ";"),
+        ("commas and quotes", '"id","x_um","y_um","z_um","phi_1","Phi","phi_2","area"', ","),
+    ):
+        lines_of = [mark.join(f"{v:.15g}" for v in row) for row in more]
+        text = "\n".join(["# made", head, *lines_of]) + "\n"
+        grains(f"columns with names, {name}", text.encode(), None, quaternions, "", (near[0], none))
+        if mark == ";":
+            text = text.replace(".", ",").encode()
+            grains("columns with names, decimal commas", text, None, quaternions, "", (near[0], none))
+    table_of = "x y z qw qx qy qz\n" + writers.rows(np.column_stack([1e-5 * seeds, quaternions]), "%.15e")
+    grains(
+        "columns qw qx qy qz", table_of.encode(), None, quaternions, "angles='quaternion'", (near[0], none)
+    )
+    refuse(GRAINS, "columns qw to qz, form not said", table_of.encode(), "each orientation is 4 numbers")
+    some = table_of.replace("qw qx qy qz", "a b c d").encode()
+    refuse(
+        GRAINS, "columns of other names", some, "line 1: names the columns 'x y z a b c d'; allowed: x y z"
+    )
+    short = ("phi1 Phi phi2 phase\n" + writers.rows(angles)).encode()
+    refuse(GRAINS, "a name without a column", short, "line 2 must be 4 numbers")
+    said = ("phi1[deg] Phi[deg] phi2[deg]\n" + writers.rows(angles)).encode()
+    refuse(GRAINS, "columns in degrees, said radians", said, "and angles is 'radians'", "angles='radians'")
     text = writers.rows(np.column_stack([1e-5 * seeds, angles]), "%.9e").replace(".", ",").encode()
     grains("lines with decimal commas", text, None, quaternions, "", (near[0], none))
     for form in ("bunge_radians", "rodrigues", "quaternion"):
@@ -212,6 +258,7 @@ def all_grains():
     made = writers.dream3d(voxels, angles, size, average=False)
     refuse(GRAINS, "DREAM.3D without features", made, "Find Feature Average Orientations")
     refuse(GRAINS, "DREAM.3D of another shape", writers.dream3d(voxels, angles), "of the same proportions")
+    changed("columns of grains", GRAINS, "\n".join([head, *lines_of]).encode())
     changed("Neper", GRAINS, writers.tess(seeds, weights, "rodrigues", angles, quaternions))
     changed("Neper's voxels", GRAINS, writers.tesr(voxels, "rodrigues", angles, quaternions, voxel=size))
     changed("DREAM.3D", GRAINS, writers.dream3d(voxels, angles, size))
@@ -227,6 +274,12 @@ def all_heights():
     cells = (heights[1:, 1:] + heights[1:, :-1] + heights[:-1, 1:] + heights[:-1, :-1]) / 4 - floor
     exact = cells.sum() * spacing[0] * spacing[1]
     apart = "spacing=5e-8,4e-8"
+    in_nm = writers.places(1e9 * heights, np.multiply(1e9, spacing))
+    table_of = np.loadtxt(writers.places(heights, spacing).decode().splitlines())
+    mixed = "% made\nheight (nm) n y (um) x (um)\n" + "".join(
+        f"{1e9 * z:.9g} {n} {1e6 * y:.9g} {1e6 * x:.9g}\n" for n, (x, y, z) in enumerate(table_of)
+    )
+    mixed = mixed.encode()
     for name, content, more in (
         ("heights", writers.matrix(heights), apart),
         ("heights with decimal commas", writers.matrix(heights, comma=True), apart),
@@ -236,6 +289,15 @@ def all_heights():
         ("lines x y z", writers.places(heights, spacing), ""),
         ("lines x y z, y first", writers.places(heights, spacing, "yx"), ""),
         ("lines x y z in no order", writers.places(heights, spacing, "mixed"), apart),
+        ("columns x y z", b"x y z\n" + writers.places(heights, spacing), ""),
+        ("columns in nm", b"X [nm]\tY [nm]\tHeight [nm]\n" + in_nm.replace(b" ", b"\t"), ""),
+        ("columns in nm, commas", b"\"x_nm\",\"y_nm\",\"z_nm\"\r\n" + in_nm.replace(b" ", b","), ""),
+        (
+            "columns in nm, decimal commas",
+            b"x/nm;y/nm;z/nm\n" + in_nm.replace(b" ", b";").replace(b".", b","),
+            "",
+        ),
+        ("columns, heights first, places in um", mixed, ""),
         ("lines x y z in um", writers.places(1e6 * heights, np.multiply(1e6, spacing)), "scale=1e-6"),
         ("Surfer's grid", writers.surfer(heights, spacing), ""),
     ):
@@ -260,12 +322,32 @@ def all_heights():
     refuse(SURFACE, "Gwyddion's own file", b"GWYP" + bytes(200), "gimp3d-post heights FILE", apart)
     some = b"".join(writers.places(heights, spacing).splitlines(True)[:-7])
     refuse(SURFACE, "lines x y z, some missing", some, "7 of the 1271 places of their grid")
+    head = b"x y z\n"
+    refuse(SURFACE, "columns x y z, some missing", head + some, "7 of the 1271 places of their grid")
+    refuse(SURFACE, "columns of other names", b"a b c\n" + some, "line 1: names the columns 'a b c'")
+    refuse(SURFACE, "heights in V", b"x[m] y[m] z[V]\n" + some, "allowed: m, mm, um, nm, pm or Angstrom")
+    refuse(
+        SURFACE,
+        "columns in nm and another scale",
+        b"x[nm] y[nm] z[nm]\n" + in_nm,
+        "and scale is",
+        "scale=1e-6",
+    )
+    refuse(SURFACE, "a name too few", b"x z\n" + some, "names the columns 'x z'")
+    refuse(SURFACE, "a name too many", b"x y z error\n" + some, "has 3 numbers, and line 1 names 4 columns")
+    refuse(
+        SURFACE,
+        "a line above the heights",
+        b"Heights of my tip\n" + writers.matrix(heights),
+        "names the columns",
+    )
     loose = writers.places(heights + 0 * x, spacing).decode().split()
     loose = np.array(loose, float).reshape(-1, 3)
     loose[:, :2] += np.random.default_rng(1).uniform(0, 4e-8, (len(loose), 2))
     refuse(SURFACE, "places that are no grid", writers.rows(loose, "%.9e").encode(), "no places of a", apart)
     changed("Gwyddion", SURFACE, made)
     changed("lines x y z", SURFACE, writers.places(heights, spacing))
+    changed("columns x y z", SURFACE, b"X [nm]\tY [nm]\tHeight [nm]\n" + in_nm.replace(b" ", b"\t"))
     first_rows(heights, spacing)
 
 

@@ -4,6 +4,7 @@ area; E5's stresses and plastic strain on one and two levels beside CalculiX (te
 table of doc/user/accuracy.md. usage: thesis.py [E1 E5 ...] (all when none is named)"""
 
 import re
+import subprocess
 import sys
 from pathlib import Path
 
@@ -86,6 +87,14 @@ def row_of_e1():
     show("E1", "as shipped: szz under the patch", [-100.0], [szz], [szz / -100 - 1])
     check("E1: szz against the pressure", szz / -100 - 1, 0.02)
     check("E1: balance of energy", work["balance_error"][-1], 0.01)
+    subprocess.run([sys.executable, "-m", "gimp3d", "plots", "e1"], check=True, capture_output=True)
+    check(
+        "E1: the figure of time over ranks is there", 0 if Path("e1/time_per_step.png").is_file() else 1, 0.5
+    )
+    stored = np.genfromtxt(ROOT / "test/references/time_per_step.csv", delimiter=",", names=True)
+    off = stored["model_ms"][1] / stored["measured_ms"][1] - 1
+    show("E1", "ms a step on 2 ranks, the model", stored["measured_ms"][1:2], stored["model_ms"][1:2], [off])
+    check("E1: time of a step on 2 ranks by the model", off, 0.1)
 
 
 def rows_of_e5():

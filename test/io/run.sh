@@ -27,7 +27,8 @@ for n in $RANKS; do
 done
 for n in 1 2; do
    mkdir -p "bare_$n"
-   (cd "bare_$n" && run_scene "$n" "$ROOT/test/io/no_output.nml" ../bare.log && [ -z "$(ls -A)" ]) && grep -q '^finished: ' bare.log
+   (cd "bare_$n" && run_scene "$n" "$ROOT/test/io/no_output.nml" ../bare.log && [ -z "$(ls -A)" ]) && grep -q '^finished: ' bare.log &&
+      grep -q '^warning  *no &output: this run writes no files' bare.log
    status=$?
    [ $status -eq 0 ] || cat bare.log
    count "a scene without &output on $n" $status
