@@ -240,7 +240,7 @@ contains
             call system%levels(n)%clear_forces()
          end do
          call system%contact%add_diagonal(finest%forces, 1)
-         call system%contact%give(finest%forces)
+         call system%contact%pairs%give(finest%forces)
          values = 0.0_wp
          call collect(system%levels, system%model, even, values)
       end associate

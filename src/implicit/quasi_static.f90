@@ -101,6 +101,7 @@ contains
       if (self%spec%has_inertia()) then
          self%equilibrium%system%inertia%share = self%spec%theta
          self%equilibrium%system%contact%share = self%spec%theta
+         self%equilibrium%system%contact%over_step = .true.
          if (.not. self%spec%max_step > 0.0_wp) self%spec%max_step = self%spec%step
          ! the particles' work is that of the mean of a step's ends
          if (abs(self%spec%theta - 0.5_wp) > 0.0_wp) model%effect_step%follows_particles = .false.

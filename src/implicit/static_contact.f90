@@ -28,7 +28,9 @@ module m_static_contact
       real(wp) :: depth = 0.0_wp, natural = 0.0_wp !< of it below the centre; that of the particle's shape, m
       real(wp) :: contact_compliance = 0.0_wp      !< gap that a unit of force closes, m/N
       real(wp) :: gap = 0.0_wp           !< to the tool or the other body at the step's end, m
-      real(wp) :: normal(3) = 0.0_wp     !< outward from it there
+      real(wp) :: normal(3) = 0.0_wp     !< outward from it there; of tools, where forces act over the step,
+                                         !< in the middle of the way over the tool
+      real(wp) :: centre(3) = 0.0_wp     !< where that is, of tools, m
       real(wp) :: turning(3, 3) = 0.0_wp !< how the normal turns as the point moves, 1/m
       real(wp) :: place(3) = 0.0_wp      !< where it is there, m
       real(wp) :: force = 0.0_wp, force_before = 0.0_wp !< at the step's end and beginning, N
@@ -50,12 +52,11 @@ module m_static_contact
       logical :: is_frictional = .false.             !< some tool or pair has friction
       logical :: meets_first = .false. !< bodies that did not press are thought to: where they almost touch
       real(wp) :: share = 1.0_wp !< of forces here, what acts in the mean of a step: theta where there is
-                                 !< inertia
+                                 !< inertia,
+      logical :: over_step = .false. !< and they act over the whole step
    contains
       procedure :: find
       procedure :: add => append
-      procedure :: look
-      procedure :: give
       procedure :: move
       procedure :: curve
       procedure :: way
@@ -191,20 +192,6 @@ contains
       self%list(self%count) = new
    end subroutine append
 
-   !> Collective among near ranks: displacements have been set; far sides of points are read.
-   subroutine look(self, motion)
-      class(static_contact_t), intent(inout) :: self
-      real(wp), intent(in), contiguous :: motion(:, 0:, 0:, 0:, :)
-      call self%pairs%look(motion)
-   end subroutine look
-
-   !> Collective among near ranks: what points have given to far sides goes to the nodes there.
-   subroutine give(self, tiles)
-      class(static_contact_t), intent(inout) :: self
-      real(wp), intent(inout), contiguous :: tiles(:, 0:, 0:, 0:, :)
-      call self%pairs%give(tiles)
-   end subroutine give
-
    !> Way of a point by the displacements of the nodes, as the tool sees it, or over the other body, m.
    pure function way(self, n, motion) result(u)
       class(static_contact_t), intent(in) :: self
@@ -232,7 +219,7 @@ contains
    subroutine move(self, motion)
       class(static_contact_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: motion(:, 0:, 0:, 0:, :)
-      real(wp) :: u(3)
+      real(wp) :: u(3), gap
       integer :: n
       do n = 1, self%count
          associate (it => self%list(n), t => self%list(n)%point%tool)
@@ -247,6 +234,11 @@ contains
             call self%tools%gap_and_normal(t, it%point%from + u, it%outward, it%gap, it%normal)
             it%gap = it%gap - it%depth
             it%place = it%point%from + u - it%depth*it%normal
+            it%centre = it%point%from + u
+            if (self%over_step) then ! what the force does is what the gap changes by (eq. middle-normal)
+               it%centre = it%centre - 0.5_wp*(u - self%tools%material_way(t, it%place))
+               call self%tools%gap_and_normal(t, it%centre, it%outward, gap, it%normal)
+            end if
             if (it%barred) it%gap = far
             if (.not. it%point%has_friction) cycle
             it%slip = across(it%normal, it%kept + u - self%tools%material_way(t, it%place))
@@ -321,8 +313,8 @@ contains
          associate (it => self%list(n))
             it%turning = 0.0_wp
             if (.not. it%force > 0.0_wp .or. it%point%tool == 0) cycle
-            it%turning = self%tools%turning_at(it%point%tool, it%place + it%depth*it%normal, it%outward, &
-                                               probe*cell)
+            it%turning = self%tools%turning_at(it%point%tool, it%centre, it%outward, probe*cell)
+            if (self%over_step) it%turning = 0.5_wp*it%turning
             most = 1.0_wp/cell
             if (it%depth > 0.0_wp .and. it%gap > -0.5_wp*it%depth) &
                most = max(most, sharpest/(it%gap + it%depth))

@@ -173,7 +173,7 @@ contains
       class(static_system_t), intent(inout) :: self
       real(wp), intent(in) :: z(:) !< m
       call spread(self%levels, self%model, z)
-      call self%contact%look(self%model%levels(size(self%levels))%nodes)
+      call self%contact%pairs%look(self%model%levels(size(self%levels))%nodes)
    end subroutine set_motion
 
    !> Collective: the forces on the unknowns under displacements, without contact, N; gaps of the points; the
@@ -257,7 +257,7 @@ contains
       integer :: k
       call self%clear_forces()
       call self%contact%add_diagonal(self%levels(size(self%levels))%forces, 2)
-      call self%contact%give(self%levels(size(self%levels))%forces)
+      call self%contact%pairs%give(self%levels(size(self%levels))%forces)
       call collect(self%levels, self%model, even, self%diagonal, diagonal=.true.)
       call self%contact%stiffness_of_ways(sums, most)
       call self%give_ways(sums, self%diagonal)
@@ -359,7 +359,7 @@ contains
             end associate
          end do
       end associate
-      call self%contact%give(self%levels(size(self%levels))%forces)
+      call self%contact%pairs%give(self%levels(size(self%levels))%forces)
    end subroutine resist
 
    !> Collective: what forces of the points do to the unknowns, N.
@@ -380,7 +380,7 @@ contains
             call self%contact%tools%push(it%point%tool, it%place, -vector, sums)
          end associate
       end do
-      call self%contact%give(self%levels(size(self%levels))%forces)
+      call self%contact%pairs%give(self%levels(size(self%levels))%forces)
       call collect(self%levels, self%model, motion_parity, force)
       call self%give_ways(sums, force)
    end subroutine contact_forces
