@@ -100,7 +100,8 @@ contains
                 .or. self%linear%unsettled >= max_unsettled .or. self%newton - best_at >= patience) return
             self%newton = self%newton + 1
             share = of_first
-            if (self%newton > 1) & ! less is enough where the law bends (Eisenstat and Walker)
+            if (self%newton > 1) share = roughest ! less is enough where the law bends (Eisenstat and Walker)
+            if (self%newton > 1 .and. residual < before) &
                share = max(rough, min(roughest, 0.9_wp*(residual/before)**2))
             call system%linearise()
             call self%linear%improve(system, force, self%left, share, enough*tolerance*system%scale, change)

@@ -4,6 +4,7 @@ module m_static_times
    use m_kinds, only: wp
    use m_scene, only: scene_t
    use m_effect, only: effect_t
+   use m_multiples, only: times_passed
    use m_model, only: model_t
    implicit none
    private
@@ -19,8 +20,10 @@ contains
       type(model_t), intent(in) :: model
       integer :: i, k
       stop_at = scene%end_time
-      if (scene%output%present .and. scene%output%every > 0.0_wp) &
-         call take([scene%output%every*(floor(model%time/scene%output%every + hair) + 1)])
+      associate (every => scene%output%every)
+         if (scene%output%present .and. every > 0.0_wp) &
+            call take([every*(times_passed(every, model%time*(1.0_wp + hair)) + 1.0_wp)])
+      end associate
       call take([scene%quasi_static%ramp, scene%quasi_static%from, scene%quasi_static%to])
       do i = 1, size(scene%tools)
          if (allocated(scene%tools(i)%times)) call take(scene%tools(i)%times)

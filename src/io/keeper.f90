@@ -5,6 +5,7 @@ module m_keeper
    use m_errors, only: error_t
    use m_text, only: to_text, si, duration
    use m_timers, only: wall_time, phase_output
+   use m_multiples, only: times_passed
    use m_signals, only: signal_caught, forget_checkpoint_signal, signal_user
    use m_called_off, only: called_off_t, asks_checkpoint, asks_end_limit, asks_end_interrupt
    use m_scene, only: scene_t, checkpoint_spec_t
@@ -29,7 +30,7 @@ module m_keeper
       character(len=:), allocatable :: last     !< path of the newest whole checkpoint here; empty: none
       integer(i8) :: last_step = -1             !< of it
       real(wp) :: end_time = 0.0_wp
-      integer :: made = 0                       !< so many multiples of `every` are behind
+      real(wp) :: made = 0.0_wp                 !< so many multiples of `every` are behind
       integer :: row = phase_output             !< of the timers
       real(wp) :: began = 0.0_wp, last_wall = 0.0_wp !< s
       real(wp) :: longest = 0.0_wp !< a checkpoint has taken, s; before the first, what it may take
@@ -70,7 +71,7 @@ contains
       if (self%writes .and. self%spec%wall_limit > 0.0_wp) &
          self%longest = 0.5_wp*particle_bytes(model, model%communicator%sum_count(model%particle_count())) &
                         /slow_disk
-      if (self%spec%every > 0.0_wp) self%made = int(model%time/self%spec%every*(1.0_wp + 1.0e-12_wp))
+      if (self%spec%every > 0.0_wp) self%made = times_passed(self%spec%every, model%time)
       if (self%spec%present) self%row = model%timers%row_of('checkpoint')
       if (.not. self%writes) return
       self%directory = scene%output%directory
@@ -111,7 +112,7 @@ contains
       type(model_t), intent(in) :: model
       is_due = model%requested_action >= asks_checkpoint
       if (self%spec%every > 0.0_wp) &
-         is_due = is_due .or. model%time >= (self%made + 1)*self%spec%every*(1.0_wp - 1.0e-12_wp)
+         is_due = is_due .or. model%time >= (self%made + 1.0_wp)*self%spec%every*(1.0_wp - 1.0e-12_wp)
       if (self%spec%every_steps > 0) is_due = is_due .or. mod(model%step, int(self%spec%every_steps, i8)) == 0
       if (self%spec%present) is_due = is_due .or. model%time >= self%end_time
       is_due = is_due .and. self%writes .and. model%step /= self%last_step
@@ -185,7 +186,7 @@ contains
       if (self%root) call remove_checkpoints(self%directory, path, self%last)
       self%last = path
       self%last_step = model%step
-      if (self%spec%every > 0.0_wp) self%made = int(model%time/self%spec%every*(1.0_wp + 1.0e-12_wp))
+      if (self%spec%every > 0.0_wp) self%made = times_passed(self%spec%every, model%time)
       if (.not. self%measured) self%longest = 0.0_wp ! that was a guess
       self%measured = .true.
       self%longest = max(self%longest, wall_time() - self%last_wall)

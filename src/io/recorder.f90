@@ -6,6 +6,7 @@ module m_recorder
    use m_communicator, only: communicator_t
    use m_text, only: to_text
    use m_timers, only: wall_time
+   use m_multiples, only: times_passed
    use m_scene, only: scene_t
    use m_side_kinds, only: side_kinds
    use m_scene_writer, only: scene_as_namelist
@@ -46,7 +47,7 @@ module m_recorder
       character(len=:), allocatable :: title, directory
       type(format_slot_t), allocatable :: formats(:) !< of snapshots
       real(wp) :: end_time = 0.0_wp, snapshot_every = 0.0_wp, history_every = 0.0_wp
-      integer :: snapshots = 0, rows = 0
+      real(wp) :: snapshots = 0.0_wp, rows = 0.0_wp !< times of each that have come, with the start
       integer :: rows_since_mark = 0
       integer(i8) :: last_snapshot = -1 !< step of it
       real(wp) :: shown = 0.0_wp        !< wall time when rows were last handed to the system, s
@@ -160,9 +161,9 @@ contains
    pure subroutine resume(self, time, every)
       class(recorder_t), intent(inout) :: self
       real(wp), intent(in) :: time, every
-      self%rows = 1 + int(time/self%history_every*(1.0_wp + 1.0e-12_wp))
-      self%snapshots = 1
-      if (every > 0.0_wp) self%snapshots = 1 + int(time/every*(1.0_wp + 1.0e-12_wp))
+      self%rows = 1.0_wp + times_passed(self%history_every, time)
+      self%snapshots = 1.0_wp
+      if (every > 0.0_wp) self%snapshots = 1.0_wp + times_passed(every, time)
    end subroutine resume
 
    !> Ids of the particles that the probes follow.
@@ -219,9 +220,8 @@ contains
 
    !> Whether the `done`-th of a series at multiples of `every` (0: none between first and last) has come.
    pure logical function due(done, every, time, end_time)
-      integer, intent(in) :: done
-      real(wp), intent(in) :: every, time, end_time
-      due = done == 0 .or. time >= end_time
+      real(wp), intent(in) :: done, every, time, end_time
+      due = done < 1.0_wp .or. time >= end_time
       if (every > 0.0_wp) due = due .or. time >= done*every*(1.0_wp - 1.0e-12_wp)
    end function due
 
@@ -234,7 +234,7 @@ contains
       real(wp) :: area, position(3), stress(6), plastic_strain, recovered(6)
       real(wp), allocatable :: motion(:)
       integer :: n
-      self%rows = 1 + int(model%time/self%history_every*(1.0_wp + 1.0e-12_wp))
+      self%rows = 1.0_wp + times_passed(self%history_every, model%time)
       if (.not. self%writes) return
       if (self%late%happened()) error = self%late
       self%rows_since_mark = self%rows_since_mark + 1
@@ -323,9 +323,9 @@ contains
       if (wanted) wanted = size(self%formats) > 0
       if (.not. wanted) return
       self%last_snapshot = model%step
-      self%snapshots = 1
-      if (self%snapshot_every > 0.0_wp) self%snapshots = 1 + int(model%time/self%snapshot_every*(1.0_wp &
-            + 1.0e-12_wp))
+      self%snapshots = 1.0_wp
+      if (self%snapshot_every > 0.0_wp) &
+         self%snapshots = 1.0_wp + times_passed(self%snapshot_every, model%time)
       snapshot%time = model%time
       snapshot%step = int(model%step)
       snapshot%title = self%title

@@ -12,3 +12,4 @@ export OMPI_MCA_btl_vader_single_copy_mechanism="${OMPI_MCA_btl_vader_single_cop
 case ${BUILD:-} in *_coarray) export OMPI_MCA_osc="${OMPI_MCA_osc:-pt2pt}" ;; esac # coarrays work with it on one rank too
 export ASAN_OPTIONS="${ASAN_OPTIONS:-detect_leaks=0}" # of Open MPI itself
 export OMPI_MCA_ess_singleton_isolated="${OMPI_MCA_ess_singleton_isolated:-1}" # a program run without mpirun starts no daemon
+[ "${BUILD:-}" != debug ] || export PETSC_OPTIONS="${PETSC_OPTIONS:--no_signal_handler}" # else PETSc hides the line of a fault

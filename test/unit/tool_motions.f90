@@ -1,11 +1,12 @@
 !> Tools that slide and turn: rotations, places and gaps of points that go with a tool, velocities against the
-!> motion itself, turns one after another, points between the given times, levers.
+!> motion itself, turns one after another, points between the given times, levers; series of times.
 program tool_motions
    use m_kinds, only: wp
    use m_communicator, only: communicator_t
    use m_cone, only: cone_t
    use m_sphere, only: sphere_t
    use m_roller, only: roller_t
+   use m_multiples, only: times_passed
    use m_rotations, only: turn_by, followed_by, matrix_of, no_rotation
    use m_scene, only: tool_spec_t, motion_spec_t
    use m_tool, only: tool_t, make_tool
@@ -24,9 +25,27 @@ program tool_motions
    call several()
    call pushes()
    call levers()
+   call series()
    call test%finish()
 
 contains
+
+   !> Times 0.1, 0.2, ... within rounding; as many as no integer holds, and so dense that their ratio to the
+   !> time has no number.
+   subroutine series()
+      real(wp) :: dense
+      integer :: n
+      logical :: right
+      right = .true.
+      do n = 1, 1000
+         if (abs(times_passed(0.1_wp, n*0.1_wp) - n) > 0.5_wp) right = .false.
+         if (abs(times_passed(0.1_wp, n*0.1_wp - 1.0e-3_wp) - (n - 1)) > 0.5_wp) right = .false.
+      end do
+      call test%check(right, 'each of the times comes when it is there')
+      call test%check(abs(times_passed(1.0e-12_wp, 1.5_wp) - 1.5e12_wp) < 1.0e3_wp, 'more than 2**31 of them')
+      dense = times_passed(1.0e-300_wp, 1.0e20_wp)
+      call test%check(dense > 1.0e14_wp .and. dense < 1.0e16_wp, 'denser than numbers: a number still')
+   end subroutine series
 
    function unit_vector() result(u)
       real(wp) :: u(3)
