@@ -114,8 +114,8 @@ contains
       character(len=:), allocatable, intent(out) :: why
       why = ''
       self%section = section
-      self%lower(2) = -huge(1.0_wp)
-      self%upper(2) = huge(1.0_wp)
+      self%lower(2) = -0.25_wp*huge(1.0_wp) ! their difference is a number still
+      self%upper(2) = 0.25_wp*huge(1.0_wp)
       if (abs(self%traction(2)) > 0.0_wp) why = 'has a traction along y; allowed in a section: along x and z'
       if (count(self%upper([1, 3]) > self%lower([1, 3])) /= 1) &
          why = 'with geometry='''//section%word()//''' a patch lies across x or z, equal in lower and upper'
