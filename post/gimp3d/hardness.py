@@ -69,6 +69,10 @@ area_share = 0.2  # of the largest depth, before the unloading: rows that the tr
 # pyramids of B4 by 0.12 at most (test indentation/benchmarks)
 history_resolution = 0.125
 
+scatter_unknown = (
+    "not measured: the history has too few rows near the largest depth to tell how its loads scatter; write "
+    "more rows (history_every of &output), or let the tool stand longer"
+)
 held_share = 1e-3  # of the largest depth: a tool that stays so near to it is held there
 
 # name of the table's row, key, unit ("" for a pure number)
@@ -387,6 +391,8 @@ def widen(run, record, material, unloading, fit, true, book):
     book["not_measured"] = {
         key: why for key, why in systematic.not_measured(motion).items() if book.get(key) is not None
     }
+    if book.get("hardness_true") is not None and book.get("hardness_true_uncertainty") is None:
+        book["not_measured"].setdefault("hardness_true", scatter_unknown)
     book["untrusted"] = {}
     for key in book["not_measured"]:
         book["untrusted"][key] = [book[key], book.get(f"{key}_uncertainty")]
@@ -433,7 +439,10 @@ def held_rows(record):
         first -= 1
     while last + 1 < held.size and held[last + 1]:
         last += 1
-    return (first, last) if last - first >= 8 else (int(np.argmax(record.depth)),) * 2
+    down = last + 1 < held.size  # rows of a way back that follows are none of the hold
+    while down and last > first and record.depth[last + 1] < record.depth[last] < record.depth[last - 1]:
+        last -= 1
+    return (first, last) if last - first >= oliver_pharr.hold_rows else (int(np.argmax(record.depth)),) * 2
 
 
 def depth_row(unloading, result, true):

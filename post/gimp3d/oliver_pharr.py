@@ -22,6 +22,7 @@ least_fall = 0.25  # of its load: an unloading by less says too little of its fo
 fewest_rows = 10  # of an unloading that three numbers are fitted to
 turn_share = 3e-3  # of the largest depth: a way back that is shorter is no unloading
 hold_share = 1e-3  # of the way back: rows so near to the largest depth are of a hold
+hold_rows = 5  # of a hold whose load is a mean
 window = (0.20, 0.98)  # shares of the load at which the unloading begins (ISO 14577-1)
 other_windows = ((0.3, 0.98), (0.4, 0.98), (0.5, 0.98), (0.2, 0.95), (0.2, 0.90))
 loading_window = (0.5, 1.0)  # shares of the largest depth
@@ -356,7 +357,7 @@ def load_at_start(depth, load, unloading, scatter, together=1.0):
     else where a parabola through the last twentieth of the loading ends, else that of the one row. `scatter`
     (N) is that of single rows, `together` how many of them scatter as one, in the unloading."""
     hold, start = unloading.hold, unloading.start
-    if start - hold >= 5:
+    if start - hold >= hold_rows:
         rows = load[hold + (start - hold) // 2 : start + 1]
         apart = float(np.std(rows, ddof=1))
         return float(np.mean(rows)), max(apart, scatter) * math.sqrt(

@@ -134,7 +134,7 @@ def load_in_motion(depth, load, until):
     low, high = (share * depth[until] for share in loading_shares)
     rows = rows[(depth[rows] >= low) & (depth[rows] <= high)]
     rows = rows[load[rows] > 0]
-    if rows.size < 8:
+    if rows.size < 5:
         return None
     slope, level = np.polyfit(np.log(depth[rows] / depth[until]), np.log(load[rows]), 1)
     return math.exp(level)

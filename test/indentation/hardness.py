@@ -527,6 +527,34 @@ require(
     0 < answer["kinetic_over_returned"] < 0.1 and "that unloading gives back" not in text,
 )
 
+# few rows: a hold of seven rows whose load falls by 30 %, and none; a way back too short for a fit
+steps = deepest * np.linspace(0, 1, 15)
+few = {
+    "short_hold": (
+        np.r_[steps, [deepest] * 6],
+        np.r_[load * (steps / deepest) ** 2, load * np.array([0.8, 0.72, 0.7, 0.7, 0.7, 0.7])],
+    ),
+    "few_rows": (steps, load * (steps / deepest) ** 2),
+}
+for name, curve in few.items():
+    fabricate(name, curve=tuple(np.r_[c, b[:3]] for c, b in zip(curve, outward(200), strict=True)))
+status, text, answer = run("short_hold")
+require(
+    "a load that falls in a hold of seven rows: it is the mean there, and H is not measured",
+    status == 0
+    and near(answer["max_load"], 0.7 * load, 1e-6)
+    and answer["hardness_true"] is None
+    and "the load falls by 30 % when the tool stops" in text,
+)
+status, text, answer = run("few_rows")
+require(
+    "a load whose scatter is not known: H is not measured, with what to do",
+    status == 0
+    and answer["hardness_true"] is None
+    and near(answer["untrusted"]["hardness_true"][0], load / true, 1e-3)
+    and "write more rows (history_every of &output), or let the tool stand longer" in text,
+)
+
 fabricate("two", tools=("cone", "other"))
 status, text, _ = run("two")
 require(

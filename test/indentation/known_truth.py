@@ -188,6 +188,9 @@ for name, (text, truth) in wanted[:: options.every]:
             raw = answer["untrusted"].get(keys[key], [math.nan])[0]
             line.append(f"{key} - ({100 * (raw / value - 1):+.0f}%)")
             continue
+        if sigma is None:
+            faults.append(f"{name}: {key} is printed without an uncertainty")
+            continue
         theirs = known_to[key] * (value if key != "W" else 1.0)
         if name.startswith("sphere"):
             theirs = 0.0
