@@ -4,7 +4,9 @@
    solve.py [options] SCENE          make solve SCENE=input/hertz.nml QUANTITY=load ERROR=1 BUDGET=600
 
 1. Three cheap runs on coarse grids, one at another speed, one with another time step, one with a larger body, one
-in which particles fill curved bodies otherwise: the parts of the error and their orders, and what is open.
+in which particles fill curved bodies otherwise: the parts of the error and their orders, and what is open. Of a
+body of revolution these runs are those of its section (gimp3d --section), and one of the scene itself beside
+them tells what the section does not.
 2. The cheapest settings (cell, speed, time step; with the levels of the scene, or of the study's file beside
    it) that are predicted to meet ERROR (per cent, rms over the window of the quantity, of its largest value),
    with their predicted time and memory. Where they do not fit into BUDGET (seconds of the clock), what it
@@ -38,12 +40,12 @@ if sys.version_info < (3, 11):
 
 from . import study_quantity as quantities
 from .run_data import Unreadable, depth_of, read_namelists, senseless, why
-from .scene_text import BadSetting, Scene
+from .scene_text import BadSetting, Scene, is_flat
 from .solve_model import Choice, Errors, MARGIN, Price, Sample, choose
 from .study import Study
 from .study_body import size_of
 from .study_report import write_text
-from .study_runs import Rejected, notes_of, share_of_processors
+from .study_runs import NoSection, Rejected, notes_of, share_of_processors
 from .study_scene import is_curved, scene_of, side_that_moves
 from .systematic import rate_free
 
@@ -109,6 +111,11 @@ class Key(NamedTuple):
     step: float = 1.0  # of the scene's time step
     body: float = 1.0  # size, over that of the scene
     fill: str = ""  # of curved bodies, where it is not the scene's
+    section: bool = False  # a pilot that is given by its section
+
+    @property
+    def grid(self):
+        return self.factor, self.levels, self.section
 
     @property
     def is_plain(self):
@@ -116,7 +123,7 @@ class Key(NamedTuple):
 
     def is_like(self, other):
         """A particle-step of both costs the same, about: as many levels, as large a body."""
-        return (self.levels, self.body) == (other.levels, other.body)
+        return (self.levels, self.body, self.section) == (other.levels, other.body, other.section)
 
 
 class Solve:
@@ -136,7 +143,7 @@ class Solve:
             quantities.tool_of(case, self.quantity)  # refused before any run where there is none
         self.started = time.monotonic()
         self.done = {}  # Key: run
-        self.refused = set()  # by the program: (factor, levels), or a Key at another speed or step
+        self.refused = set()  # by the program: grids of keys, or a Key at another speed or step
         self.planned = {}  # (levels, body): (Key, Planned), for what has no run yet
         self.measured = {}  # Key: error of a run, per cent
         self.confirmed = {}  # Key: core-seconds, MB, by a plan of it
@@ -144,6 +151,25 @@ class Solve:
         self.no_larger = ""  # why there is no run of it
         self.other_surface = None  # Key of the pilot with curved bodies filled otherwise
         self.correction = None  # of plans: what a pilot took over what its own plan says
+        self.quarter = None  # Key of the finest pilot that is no section, where the others are
+        self.no_section = self.against_sections(case)  # why pilots are not given by their section
+        self.flat = not self.no_section
+
+    def against_sections(self, case):
+        """Why pilots are runs of the scene itself; '' where its section stands for it."""
+        if self.options.no_section:
+            return "--no-section"
+        if is_flat(case["grid"][0]):
+            return "the scene is given by its section"
+        if self.quantity.kind not in ("load", "energy"):
+            return f"a quantity of the kind {self.quantity.kind} is one of places in 3D"
+        try:
+            section = self.study.run({**self.base, "section": True}).case
+        except BadSetting as fault:
+            return str(fault)
+        if section["grid"][0]["geometry"][0] != "axisymmetric":
+            return "it would be one of plane strain, for which a thin slice does as well"
+        return ""
 
     def left(self):
         return self.options.budget - (time.monotonic() - self.started)
@@ -162,6 +188,8 @@ class Solve:
             found[self.time_step[0]] = key.step * self.time_step[1]
         if key.body != 1.0:
             found["body"] = key.body
+        if key.section:
+            found["section"] = True
         if key.fill:
             found["fill"] = key.fill
             if key.fill == "share" and "domain" not in self.case.get("time", [{}])[0]:
@@ -170,7 +198,7 @@ class Solve:
 
     def refuse(self, key):
         """A grid that cannot be run as the scene is, or settings that its grid alone does not explain."""
-        self.refused.add(key[:2] if key.is_plain else key)
+        self.refused.add(key.grid if key.is_plain else key)
 
     def run(self, key):
         """The run of settings, made if it is not there."""
@@ -181,7 +209,11 @@ class Solve:
             raise Unusable(
                 f"cells of {settings['cell']:.4g} m do not divide the grid, whose side {side} holds a body"
             )
-        run = self.study.run(settings)
+        try:
+            run = self.study.run(settings)
+        except NoSection as fault:
+            self.refuse(key)
+            raise Unusable(str(fault)) from fault
         if not run.done:
             run.go()
         if not run.good:
@@ -205,14 +237,15 @@ class Solve:
             )
             for key, curve in curves.items()
         }
-        speeds = [self.middle._replace(speed=speed) for speed in (0.5, 2.0)]
+        slower, faster = (self.middle._replace(speed=speed) for speed in (0.5, 2.0))
         if self.other_surface in samples:
             worth = 1.0 if self.other_surface.fill == "share" else SHARES
             surfaces = samples[self.middle], samples[self.other_surface], worth
         else:
             surfaces = None
         others = {
-            "speeds": next((key for key in speeds if key in samples), None),
+            "speeds": next((key for key in (slower, faster) if key in samples), None),
+            "faster": faster if faster in samples else None,
             "steps": self.middle._replace(step=0.5),
         }
         pairs = {
@@ -222,17 +255,23 @@ class Solve:
         if self.larger in samples:
             plain = self.larger._replace(body=1.0, speed=1.0)
             pairs["bodies"] = samples[plain], samples[self.larger]
-        pilots = {key.factor for key in samples if key.is_plain and key.levels <= self.own}
+        if self.quarter:
+            pairs["sections"] = samples[self.quarter._replace(section=True)], samples[self.quarter]
+        pilots = {key.factor for key in samples if self.is_pilot(key)}
         ladder = {}
         # one a cell, those like the scene first; with more levels a finer grid differs by more than its cell
         for key in sorted(samples, key=lambda key: (key.levels, not key.is_plain, key.speed, key.step)):
-            if key.fill:
+            if key.fill or key.section != self.flat:
                 continue
             if key.levels <= self.own and (key.factor in pilots or key.factor < min(pilots)):
                 ladder.setdefault(key.factor, samples[key])
         errors = Errors(list(ladder.values()), **pairs, half_space=self.options.half_space, surfaces=surfaces)
         self.measured = {key: errors.of(sample) for key, sample in samples.items()}
         return errors
+
+    def is_pilot(self, key):
+        """Of those that tell what the cell does."""
+        return key.is_plain and key.levels <= self.own and key.section == self.flat
 
     def enlarged(self):
         """The pilot with a larger body: on the finest grid that was run so far where that takes a small part
@@ -247,6 +286,7 @@ class Solve:
         """Of the body of settings, over that of the scene: its sides move by whole cells."""
         if key.body == 1.0:
             return 1.0
+        key = key._replace(section=False)  # its case has the whole body
         own, plain = (self.study.run(self.settings(one)) for one in (key, key._replace(body=1.0)))
         return size_of(own.case) / size_of(plain.case)
 
@@ -268,13 +308,13 @@ class Solve:
                 open_still = bool(errors.notes) or errors.trust > max(self.options.error, total)
                 share = SEARCH if open_still else PILOT
                 met = max(total, errors.trust) < ENOUGH * self.options.error
-                next_one = last[1] * (last[0] / factor) ** 4
+                next_one = last[1] * (last[0] / factor) ** (3 if self.flat else 4)
                 spent = self.options.budget - self.left()
                 if met or next_one > min(share * self.options.budget, PILOTS * self.options.budget - spent):
                     break
             for levels in range(self.own, -1, -1):
                 try:
-                    run = self.run(Key(factor, levels))
+                    run = self.run(Key(factor, levels, section=self.flat))
                     last = factor, max(time.monotonic() - begun, run.seconds / self.study.ranks)
                     break
                 except Unusable as fault:
@@ -290,6 +330,8 @@ class Solve:
         try:
             if self.speeds:
                 self.one_of(self.middle._replace(speed=speed) for speed in (2.0, 0.5))
+                if self.flat:  # inertia grows faster than the speed: below it twice the speed shows too much
+                    self.run(self.middle._replace(speed=0.5))
             self.run(self.middle._replace(step=0.5))
         except Unusable as fault:
             raise BadSetting(f"the part of the speed, or of the time step, is not to be had: {fault}")
@@ -303,6 +345,27 @@ class Solve:
             self.no_larger = str(fault)
             if self.options.half_space:
                 raise BadSetting(f"the part of the finite body is not to be had: {fault}")
+        if self.flat:
+            self.beside_section()
+
+    def beside_section(self):
+        """Pilots of the scene itself, for what its section does not tell, and for the price of a run: on the
+        same grids, from the coarsest to the finest that takes a small part of the budget."""
+        faults = []
+        for key in sorted((key for key in self.done if self.is_pilot(key)), reverse=True):
+            key = key._replace(section=False)
+            if self.quarter:
+                coarse = self.done[self.quarter].seconds
+                seconds = coarse * (self.quarter.factor / key.factor) ** 4
+                if seconds > PILOT * self.study.ranks * self.options.budget:
+                    continue
+            try:
+                self.run(key)
+                self.quarter = key
+            except Unusable as fault:
+                faults.append(str(fault))
+        if not self.quarter:
+            raise BadSetting("no grid of the scene itself can be used: " + "; ".join(dict.fromkeys(faults)))
 
     def fill_otherwise(self):
         """The pilot in which particles fill curved bodies in the other way: what the surface does to the
@@ -338,17 +401,16 @@ class Solve:
         slower = self.middle._replace(speed=0.5)
         if self.speeds and errors.parts(self.finest(self.middle))["speed"] > enough:
             self.one_more(slower, 2 * self.done[self.middle].seconds, "slower")
-        grids = [key for key in self.done if key.is_plain and key.levels <= self.own]
-        finest = min(grids)
+        finest = min(key for key in self.done if self.is_pilot(key))
         factor = max((one for one in self.factors if one < finest.factor), default=None)
         if factor and errors.trust > enough:
-            seconds = self.done[finest].seconds * (finest.factor / factor) ** 4
-            self.one_more(Key(factor, finest.levels), seconds, "finer")
+            seconds = self.done[finest].seconds * (finest.factor / factor) ** (3 if self.flat else 4)
+            self.one_more(finest._replace(factor=factor), seconds, "finer")
         return len(self.done) > before
 
     def one_more(self, key, seconds, what):
         """A pilot after a miss, if it is new, taken by the program, and not too long (core-seconds)."""
-        if key in self.done or {key, key[:2]} & self.refused:
+        if key in self.done or {key, key.grid} & self.refused:
             return
         if seconds > SHARPER * self.study.ranks * self.left():
             return
@@ -404,9 +466,13 @@ class Solve:
             self.planned[levels, body] = key, plan
         return self.planned[levels, body]
 
+    def own_runs(self):
+        """Those of the scene itself."""
+        return {key: run for key, run in self.done.items() if not key.section}
+
     def price(self):
         """Of settings without a run or a plan that is like them, by all runs."""
-        rows = ((*self.work(key)[:2], run.seconds) for key, run in self.done.items())
+        rows = ((*self.work(key)[:2], run.seconds) for key, run in self.own_runs().items())
         return Price(sorted(rows, key=lambda row: row[1]))
 
     def costs(self, key, price):
@@ -431,12 +497,13 @@ class Solve:
         price = self.price()
         found = []
         speeds = SPEEDS if self.speeds else [1.0]
-        if self.middle._replace(speed=0.5) in self.done:  # then only the part of slower ones is known
-            speeds = [speed for speed in SPEEDS if speed <= 1.0]
-        grids = {(factor, levels) for factor in self.factors for levels in range(self.own, self.most + 1)} | {
-            key[:2] for key in self.done
-        }
-        for factor, levels in sorted(grids - self.refused, reverse=True):
+        if self.middle._replace(speed=0.5) in self.done:  # then no part of much faster ones is known
+            most = 2.0 if self.middle._replace(speed=2.0) in self.done else 1.0
+            speeds = [speed for speed in SPEEDS if speed <= most]
+        grids = {
+            (factor, levels, False) for factor in self.factors for levels in range(self.own, self.most + 1)
+        } | {key.grid for key in self.own_runs()}
+        for factor, levels, _ in sorted(grids - self.refused, reverse=True):
             for others in itertools.product(speeds, STEPS, BODIES if errors.half_space else [1.0]):
                 key = Key(factor, levels, *others)
                 costs = None if key in self.refused else self.costs(key, price)
@@ -451,10 +518,10 @@ class Solve:
         over what its plan says; or that the program does not take them."""
         plan = Planned(self.study, self.settings(key))
         if plan.fault:
-            self.refused.add(key[:2] if key.body == 1.0 else key)
+            self.refused.add(key.grid if key.body == 1.0 else key)
             return
         if self.correction is None:
-            longest = max(self.done, key=lambda one: self.done[one].seconds)
+            longest = max(self.own_runs(), key=lambda one: self.done[one].seconds)
             known = Planned(self.study, self.settings(longest))
             self.correction = self.done[longest].seconds / known.seconds
         self.confirmed[key] = self.correction * plan.seconds, plan.megabytes
@@ -462,7 +529,7 @@ class Solve:
     def yardstick(self, seconds):
         """The longest of the pilots that take a twentieth of a run of so many seconds at most, or the
         shortest of all."""
-        runs = sorted(self.done.values(), key=lambda run: run.seconds)
+        runs = sorted(self.own_runs().values(), key=lambda run: run.seconds)
         return [run for run in runs if run.seconds <= YARDSTICK * seconds or run is runs[0]][-1]
 
     def timed(self, choice):
@@ -543,6 +610,7 @@ def record_of(solve, errors, choice, run, predicted, pace):
         "error_uncertainty": errors.uncertainty(solve.finest(choice.key), *others),
         "finite_body": errors.finite_body(),
         "surface": errors.surface(solve.finest(choice.key)),
+        "section": section_of(solve, errors, choice.key),
         "parts": parts,
         "order": errors.order,
         "settings": choice.settings,
@@ -557,6 +625,22 @@ def record_of(solve, errors, choice, run, predicted, pace):
         "run": str(run.directory),
         "chosen": str(solve.study.directory / "chosen.nml"),
         "met": error <= solve.options.error,
+    }
+
+
+def section_of(solve, errors, key):
+    """What the pilots by the section were worth: how far the scene's own grid is from it, on its cells and on
+    those of a run (per cent), and what the two took there; None where there were none."""
+    if not solve.quarter:
+        return None
+    flat = solve.done[solve.quarter._replace(section=True)]
+    return {
+        "pilots": sum(one.section for one in solve.done),
+        "seconds": sum(run.seconds for one, run in solve.done.items() if one.section) / solve.study.ranks,
+        "cell": solve.finest(solve.quarter),
+        "difference": errors.section(solve.finest(solve.quarter)),
+        "difference_of_run": errors.section(solve.finest(key)),
+        "price": flat.seconds / solve.done[solve.quarter].seconds,
     }
 
 
@@ -581,7 +665,11 @@ def say(text):
 
 def introduce(solve, errors):
     study = solve.study
-    grids = ", ".join(f"{solve.finest(key):.4g}" for key in sorted(solve.done, reverse=True) if key.is_plain)
+    grids = ", ".join(
+        f"{solve.finest(key):.4g}"
+        for key in sorted(solve.done, reverse=True)
+        if key.is_plain and key.section == solve.flat
+    )
     say(
         f"{study.setting.title}: {solve.quantity.name}, error asked for {solve.options.error:g} % (rms over "
         f"{100 * solve.quantity.window[0]:.0f} to {100 * solve.quantity.window[1]:.0f} % of the way, of the "
@@ -593,6 +681,7 @@ def introduce(solve, errors):
     )
     for note in errors.notes:
         say(f"note       {note}")
+    said_of_section(solve, errors)
     finest = min(solve.finest(key) for key in solve.done)
     say(f"parts      at the finest of them: {sentence_of(errors.parts(finest))}")
     said_of_body(solve, errors)
@@ -604,6 +693,19 @@ def introduce(solve, errors):
         )
     if not solve.speeds:
         say("speed      is part of the problem here: it stays as it is")
+
+
+def said_of_section(solve, errors):
+    """Whether pilots were given by their section, and how far that stands for the scene."""
+    if not solve.quarter:
+        say(f"section    pilots are runs of the scene itself: {solve.no_section}")
+        return
+    found = section_of(solve, errors, solve.quarter)
+    say(
+        f"section    pilots are given by the section, {100 * found['price']:.2g} % of the price; on cells of "
+        f"{found['cell']:.4g} m the scene itself differs from it by {found['difference']:.2g} %, which "
+        "counts in proportion to the cell"
+    )
 
 
 def said_of_body(solve, errors):
@@ -736,6 +838,9 @@ def arguments(words=None):
     )
     parser.add_argument(
         "--half-space", action="store_true", help="the finite body is a part of the error, and is chosen too"
+    )
+    parser.add_argument(
+        "--no-section", action="store_true", help="pilots are runs of the scene itself in any case"
     )
     parser.add_argument("--ranks", type=int, default=1, help="of each run (1)")
     parser.add_argument(

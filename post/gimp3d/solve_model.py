@@ -8,7 +8,8 @@ that of the scene,
     q(h, s, t, k) = q0 + a h^p + b s k + c t + d/k
 
 space with the order p that three grids show (Richardson), speed and time step of first order, each from one
-run more: inertia counts as waves take to cross the body. The last is only there where the answer looked for
+run more: inertia counts as waves take to cross the body. Where the runs are sections of a body of revolution,
+what the body itself differs from its section by, on one grid, goes with h and is a part of space. The last is only there where the answer looked for
 is that of a half-space: the ends of a body that is large are felt in inverse proportion to its size. Errors are rms over the places, per cent of the largest magnitude of q0, and added as sizes, so that
 none hides another."""
 
@@ -40,11 +41,24 @@ class Errors:
     pairs of samples that differ in the speed, in the time step, in the size of the body, alone; None: the
     part does not exist or is not known. The body counts as a part where `half_space` says so. `surfaces`: a
     pair that differs in how particles fill curved bodies, and a factor: by so many times the difference,
-    which goes with the cell, the limit is open."""
+    which goes with the cell, the limit is open. `sections`: a section and the body itself on the same grid;
+    then all else are sections, and what is asked for is the error of the body. `faster`: as `speeds`, with a
+    speed above that of the scene, for what is faster than that; None: `speeds` tell it too."""
 
-    def __init__(self, ladder, speeds=None, steps=None, bodies=None, half_space=False, surfaces=None):
+    def __init__(
+        self,
+        ladder,
+        speeds=None,
+        steps=None,
+        bodies=None,
+        half_space=False,
+        surfaces=None,
+        sections=None,
+        faster=None,
+    ):
         self.ladder = sorted(ladder, key=lambda sample: -sample.cell)
         self.by_speed = self.slope(speeds, "speed")
+        self.by_faster = self.by_speed if faster is None else self.slope(faster, "speed")
         self.by_step = self.slope(steps, "step")
         self.by_body = None
         if bodies is not None:
@@ -57,8 +71,13 @@ class Errors:
         if surfaces is not None:
             one, other, worth = surfaces
             self.by_surface = worth * (other.curve - one.curve) / one.cell
+        self.by_section = None
+        if sections is not None:
+            one, other = sections
+            self.by_section = (other.curve - one.curve) / one.cell
         self.half_space = half_space and self.by_body is not None
         self.notes = []
+        self.spread = 0.0  # of limits, where the grids show no order, per cent
         plain = [self.without(sample) for sample in self.ladder]
         cells = [sample.cell for sample in self.ladder]
         self.order, self.limit = self.extrapolate(cells, plain)
@@ -106,7 +125,10 @@ class Errors:
                 "for the error"
             )
             others = [2 * curves[-1] - curve for curve in curves[-3:-1]]
-            return 1.0, max(others, key=lambda limit: float(np.mean((curves[-1] - limit) ** 2)))
+            limit = max(others, key=lambda limit: float(np.mean((curves[-1] - limit) ** 2)))
+            size = float(np.max(np.abs(limit))) or 1.0
+            self.spread = max(100 * float(np.sqrt(np.mean((one - limit) ** 2))) / size for one in others)
+            return 1.0, limit
         limits = [
             self.two_grids(order, cells[k], curves[k], cells[-1], curves[-1])
             for k in range(max(0, len(cells) - 3), len(cells) - 1)
@@ -125,7 +147,7 @@ class Errors:
             for k in range(max(0, len(cells) - 2), len(cells) - 1)
             for p in (1.0, self.order, 2.0)
         ]
-        return max((self.rms(other - self.limit) for other in others), default=math.inf)
+        return max([self.spread, *(self.rms(other - self.limit) for other in others)])
 
     def rms(self, curve):
         """Per cent of the largest magnitude of the limit."""
@@ -137,11 +159,13 @@ class Errors:
 
     def parts(self, cell, speed=1.0, step=1.0, body=1.0):
         """Errors of settings by cause, per cent."""
-        found = {"space": self.rms(self.space * cell**self.order)}
+        space = self.space * cell**self.order
+        found = {"space": self.rms(space if self.by_section is None else space + self.by_section * cell)}
         if self.by_step is not None:
             found["time step"] = self.rms(self.by_step * step)
         if self.by_speed is not None:
-            found["speed"] = self.rms(self.by_speed * speed * body)
+            above = max(speed * body - 1.0, 0.0)
+            found["speed"] = self.rms(self.by_speed * (speed * body - above) + self.by_faster * above)
         if self.half_space:
             found["finite body"] = self.rms(self.by_body / body)
         return found
@@ -160,13 +184,19 @@ class Errors:
         """What another way to fill curved bodies changes, per cent; 0 where there are none."""
         return 0.0 if self.by_surface is None else self.rms(self.by_surface * cell)
 
+    def section(self, cell):
+        """What a body differs from its section by, per cent; 0 where runs are no sections."""
+        return 0.0 if self.by_section is None else self.rms(self.by_section * cell)
+
     def uncertainty(self, cell, speed=1.0, step=1.0, body=1.0):
-        """Of `total`: how far the limit is open, what another way to fill curved bodies changes, and half of
-        what the parts beside space are said to be (their orders are assumed), per cent."""
+        """Of `total`: how far the limit is open, what another way to fill curved bodies changes, what a body
+        differs from its section by, and half of what the parts beside space are said to be (their orders are
+        assumed), per cent."""
         parts = self.parts(cell, speed, step, body)
         return (
             self.trust
             + self.surface(cell)
+            + self.section(cell)
             + 0.5 * sum(part for name, part in parts.items() if name != "space")
         )
 

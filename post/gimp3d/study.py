@@ -64,6 +64,7 @@ class Study:
             raise Unreadable(f"{self.program}: no such program; `make` builds it")
         self.program_hash = hashlib.sha256(self.program.read_bytes()).hexdigest()
         self.runs = {}
+        self.sections = {}  # text of a scene: that of its section, or why it has none
 
     def run(self, settings):
         run = Run(self, settings)

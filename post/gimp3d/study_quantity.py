@@ -17,7 +17,8 @@ def curve_of(run, quantity):
         return load(run, quantity)
     if quantity.kind == "energy":
         history = History(run.directory / "energy.dat")
-        return history["time"] * speed, column_of(history, quantity.column)
+        share = 1.0 if quantity.column == "balance_error" else run.share
+        return history["time"] * speed, share * column_of(history, quantity.column)
     time, values = probe(run, quantity)
     if quantity.kind == "frequency":
         return np.zeros(1), np.array([frequency(time, values, run)])

@@ -12,6 +12,7 @@ import time
 
 from .run_data import Unreadable, depth_of
 from .run_log import facts_of as notes_of
+from .scene_text import BadSetting, Scene
 from .study_scene import add_probes, scene_of
 
 session = time.strftime("%Y-%m-%dT%H:%M:%S")
@@ -19,6 +20,10 @@ session = time.strftime("%Y-%m-%dT%H:%M:%S")
 
 class Rejected(Exception):
     """The program does not take a scene (exit status 2): its own sentence."""
+
+
+class NoSection(BadSetting):
+    """A scene has no section: the program's own sentence."""
 
 
 class Run:
@@ -46,7 +51,8 @@ class Run:
 
     def make_scene(self):
         study = self.study
-        scene = scene_of(study.text, self.settings, study.setting)
+        settings = {name: value for name, value in self.settings.items() if name != "section"}
+        scene = scene_of(study.text, settings, study.setting)
         if study.setting.program:
             return scene
         for quantity in study.quantities.values():
@@ -57,7 +63,27 @@ class Run:
         scene.remove("checkpoint")
         # Without snapshots; the directory is the run's own
         scene.add("output", directory=".", formats="none")
-        return scene
+        return self.section_of(scene) if self.settings.get("section") else scene
+
+    share = 1.0  # of what a run has, that which the scene models
+
+    def section_of(self, scene):
+        """The scene given by its section, as the program says."""
+        sides = scene.values()["grid"][0]["boundary"]
+        self.share = 0.5 ** [sides[0].lower(), sides[2].lower()].count("symmetry")
+        known = self.study.sections
+        if scene.text not in known:
+            done = subprocess.run(
+                [*self.study.launch, "-n", "1", str(self.study.program), "--section"],
+                input=scene.text,
+                cwd=self.study.directory,
+                capture_output=True,
+                text=True,
+            )
+            known[scene.text] = done.stdout if done.returncode == 0 else NoSection(last_line(done))
+        if isinstance(known[scene.text], NoSection):
+            raise known[scene.text]
+        return Scene(known[scene.text])
 
     @property
     def cell(self):

@@ -25,7 +25,7 @@ contains
       real(wp) :: whole
       if (scene%grid%section%is_flat()) then
          call fail(error, exit_input, text%place('grid', 1, 'geometry')//': the scene is already given '// &
-            'by its section already')
+            'by its section')
          return
       end if
       if (all(side_kinds(scene%grid%boundary(3:4))%mirrors)) then

@@ -5,7 +5,8 @@ The load is K depth^1.5 (1 + A h^ORDER + B speed body + Q speed^2 + C safety + D
 that of the tool over 20 m/s, safety over 0.35, body the size of the cylinder over 20 um. A run takes steps and particle-steps as the scene's cells say, and RATE s for
 each, much more with levels. Variables of the environment: PRETEND_A, PRETEND_ORDER, PRETEND_B, PRETEND_Q, PRETEND_C, PRETEND_D;
 PRETEND_FILL is added in proportion to h where the body is filled by shares. PRETEND_JUMP adds an error to cells below a size (um) that no coarser one has; PRETEND_REFUSED is a list of
-cells (um) that are refused; PRETEND_LOG a file that gets a line a run. PRETEND_SHARE (%): other jobs have the
+cells (um) that are refused; PRETEND_SECTION: bodies have a section, and what is no section has that much more error in
+proportion to h; PRETEND_LOG a file that gets a line a run. PRETEND_SHARE (%): other jobs have the
 processor for the rest, by turns more and less, and all takes as much longer. PRETEND_PLAN: a plan says so
 many times what it will be."""
 
@@ -21,6 +22,12 @@ from gimp3d.run_data import read_namelists
 RATE = 2e-7  # s
 number = lambda name, default: float(os.environ.get(f"PRETEND_{name}", default))
 text = sys.stdin.read()
+if "--section" in sys.argv:
+    if "PRETEND_SECTION" not in os.environ:
+        print("gimp3d: line 3, &body: is no body of revolution here", file=sys.stderr)
+        sys.exit(2)
+    print(text.replace("&grid", "&grid geometry='axisymmetric',"))
+    sys.exit()
 case = read_namelists(text)
 scene, grid, tool = case["scene"][0], case["grid"][0], case["tool"][0]
 time_group = case.get("time", [{}])[0]
@@ -34,7 +41,8 @@ if any(abs(cell - float(word)) < 1e-6 * cell for word in os.environ.get("PRETEND
     sys.exit(2)
 body = (case["body"][0]["radius"][0] ** 2 * case["body"][0]["height"][0]) ** (1 / 3) / 20e-6
 steps = 500 / (cell * speed * safety)
-particles = 50000 / cell**3 * (body**3 + 0.5 * levels)
+flat = "geometry" in grid
+particles = (1000 / cell**2 if flat else 50000 / cell**3) * (body**3 + 0.5 * levels)
 updates = steps * particles * (1 + levels)
 seconds = RATE * updates * (1 + 1.5 * levels) + 1e-4 * steps
 megabytes = 3e-4 * particles
@@ -59,6 +67,8 @@ error = (
     + number("B", 0) * speed * body
     + number("C", 0) * safety
 )
+if not flat:
+    error += number("SECTION", 0) * finest
 error += number("Q", 0) * speed**2 + number("D", 0) / body
 if case["body"][0].get("fill", ["whole"])[0] == "share":
     error += number("FILL", 0) * finest
@@ -67,10 +77,11 @@ if finest < number("JUMP", 0):
 time = np.linspace(0, scene["end_time"][0], 201)
 depth = np.interp(time, tool["times"], np.array([0, 0.5e-6]))
 depth = 0.5e-6 * time / time[-1]
-load = 1e9 * depth**1.5 * (1 + error)
+part = 1.0 if flat else 0.25
+load = 4e9 * part * depth**1.5 * (1 + error)
 Path("tool_sphere.dat").write_text(
     'TITLE = "pretended"\nVARIABLES = "time [s]" "depth [m]" "load_x [N]" "load_y [N]" "load_z [N]"\n'
-    'ZONE T="history", STRANDID=1, SOLUTIONTIME=0\nAUXDATA model_share="0.25"\n'
+    f'ZONE T="history", STRANDID=1, SOLUTIONTIME=0\nAUXDATA model_share="{part}"\n'
     + "".join(f"{t:.10e} {d:.10e} 0 0 {f:.10e}\n" for t, d, f in zip(time, depth, load))
 )
 notes = {

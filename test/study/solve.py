@@ -308,6 +308,27 @@ require(
     and answer["error_uncertainty"] >= answer["surface"]
     and "surface    curved: fill='share'" in said,
 )
+for more in (0.01, -0.03):  # of the order of the error of the grids, and larger, with the other sign
+    status, said, answer, calls = solve(0.5, 1e5, out=f"out_section_{more}", A=0.02, ORDER=1.5, SECTION=more)
+    finest = answer["finest_cell"] * 1e6
+    true = 100 * abs(0.02 * finest**1.5 + more * finest) * shape
+    require(
+        f"pilots by the section, {answer['error']:.3g} +- {answer['error_uncertainty']:.3g} % said, "
+        f"{true:.3g} true: what sets the body apart counts",
+        status == 0
+        and "pilots are given by the section" in said
+        and answer["section"]["pilots"] >= 6
+        and near(answer["error"], true, 0.05)
+        and near(answer["section"]["difference_of_run"], 100 * abs(more) * finest * shape, 0.05)
+        and answer["error_uncertainty"] >= answer["section"]["difference_of_run"]
+        and answer["section"]["price"] < 0.2,
+    )
+_, said, plain, _ = solve(2, 1e5, out="out_no_section", A=0.02, ORDER=1.5)
+require(
+    "where the program gives no section: why, and pilots of the scene itself",
+    "runs of the scene itself: gimp3d: line 3, &body: is no body of revolution" in said
+    and plain["section"] is None,
+)
 status, said, answer, calls = solve(0.001, 1e9, out="out_never", A=0.2, ORDER=1.0)
 require("an error that no settings have", status == 1 and "is not to be had" in said)
 status, said, answer, _ = solve(1, 1e5, out="out_jump", A=0.02, ORDER=1.5, JUMP=0.45)
