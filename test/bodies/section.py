@@ -101,7 +101,9 @@ def against_reference(name, cells, bound, lost, speed=0.01, **kind):
     peak, duration = peak / YOUNG / exact["peak_force"], duration * BAR_WAVE / exact["duration"]
     restitution = rebound(run, speed) / exact["restitution"]
     rows = run.energy
-    kept = (rows["kinetic"] + rows["strain"]) / rows["kinetic"][0]
+    # a row has velocities of half a step before its places: the mean of it and the next is at their time
+    kinetic = 0.5 * (rows["kinetic"][:-1] + rows["kinetic"][1:])
+    kept = (kinetic + rows["strain"][:-1]) / rows["kinetic"][0]
     momentum = np.abs(rows["momentum_z"]).max() / (rows["mass"][0] * speed * BAR_WAVE)
     print(
         f"   {name}: over finite elements: peak {peak:.4f}, duration {duration:.4f}, restitution "
@@ -127,7 +129,7 @@ def two_balls_long():
     for cells in (10, 20, 40):
         for domain in ("fixed", "stretch", "corners"):
             against_reference(f"balls_{cells}_{domain}", cells, 0.03, 0.03, domain=domain)
-    for speed in (0.005, 0.02, 0.05):
+    for speed in (0.005, 0.02):  # those of the finite elements
         against_reference(f"balls_speed_{speed}", 20, 0.03, 0.03, speed=speed)
 
 
