@@ -56,6 +56,14 @@ def load_at(directory, depth):
     return smooth_load(record.depth, record.load, depth)
 
 
+def load_at_time(directory, time):
+    """Load (N) of the full body at a time (s)."""
+    _, record = record_of(str(directory))
+    if record.time[-1] < time:
+        raise Unreadable(f"the run ends before {time:.4g} s")
+    return float(np.interp(time, record.time, record.load))
+
+
 def load_of_half_space(directory, grid, depth, modulus=plane_modulus, share=None):
     """The same of a half-space: what the rigid base takes off the depth is added, of a block of this plane
     modulus (Pa); `share` is its base_compliance."""

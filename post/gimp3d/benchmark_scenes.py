@@ -162,6 +162,24 @@ class Motion:
 
 
 @dataclass
+class Held:
+    """Speeds of a tool that goes in at one speed and is held there."""
+
+    depth: float
+    time: float  # s, until the depth
+    end: float  # s
+
+    def values(self):
+        """Times, speeds, end. It stops within a thousandth of its way."""
+        stop = 1e-3 * self.time
+        speed = self.depth / (self.time + 0.5 * stop)
+        return (0, self.time, self.time + stop), (speed, speed, 0), self.end
+
+    def every(self):
+        return self.end
+
+
+@dataclass
 class Steps:
     """Speeds of a tool that goes in by `count` quasi-static steps of equal length in one second, stops in a
     tenth of that, turns, and comes back in 20 steps: the fit of the unloading wants ten rows. Domains follow
