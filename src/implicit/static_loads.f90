@@ -305,12 +305,14 @@ contains
 
    !> Collective: accumulate what a step with these displacements takes by the ghost penalty and by theta, and
    !> by how much the balance of energy may be off: the work of effects' loads is that of the mean of both
-   !> ends, as if they grew along the way. The last trial was of these displacements.
+   !> ends, as if they grew along the way. What loads do beyond it where material flows is known by its
+   !> stress; with inertia it is missing in the motion. The last trial was of these displacements.
    subroutine accumulate_losses(system, z)
       type(static_system_t), intent(inout) :: system
       real(wp), intent(in) :: z(:) !< m
-      real(wp) :: held(size(z)), ghost, released, theta
+      real(wp) :: held(size(z)), flow, ghost, released, theta
       integer :: l
+      flow = system%model%communicator%sum_real(work_in_flow(system))
       call system%set_motion(z)
       call system%clear_forces()
       do l = 1, size(system%levels)
@@ -320,6 +322,11 @@ contains
       call collect(system%levels, system%model, motion_parity, held)
       ghost = system%dot(held, z)
       associate (model => system%model, losses => system%model%static_losses)
+         if (system%inertia%acts) then
+            losses%unpaid = losses%unpaid + flow
+         else
+            losses%in_flow = losses%in_flow + flow
+         end if
          if (.not. system%inertia%acts) then ! the last step's forces of the penalty are let go
             released = system%dot(system%load_before, z) + model%communicator%sum_real( &
                        work_of_contact(system) - work_of_stress(system, 1.0_wp, 0.0_wp))
@@ -341,6 +348,22 @@ contains
          end associate
       end associate
    end subroutine accumulate_losses
+
+   !> What the stress of this rank's particles that may flow does in the step beyond the mean of its ends, J.
+   real(wp) function work_in_flow(system) result(work)
+      type(static_system_t), intent(in) :: system
+      integer :: b, l
+      work = 0.0_wp
+      do l = 1, size(system%levels)
+         associate (level => system%model%levels(l))
+            do b = 1, size(level%blocks)
+               if (level%blocks(b)%particles%count > 0) &
+                  work = work + system%levels(l)%trial(b)%work_in_flow(level%blocks(b)%particles, &
+                                system%model%materials, level%layout, system%time_step)
+            end do
+         end associate
+      end do
+   end function work_in_flow
 
    !> Work of contact as it was at the step's beginning along the way of the step, of this rank, J.
    real(wp) function work_of_contact(system) result(work)

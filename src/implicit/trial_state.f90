@@ -15,6 +15,7 @@ module m_trial_state
    public :: trial_block_t, trial_status_t, relaxation, part_of_gradient, sum_of_squares, squares_of_section
 
    integer, parameter :: lanes = 64 !< particles at once: their columns stay in the nearest cache
+   integer, parameter :: flow_parts = 8 !< of a step, in whose middles the stress of what flows is asked for
    real(wp), parameter :: difference = 1.0e-7_wp !< of a component of the gradient
 
    !> Of one block's particles.
@@ -36,6 +37,7 @@ module m_trial_state
    contains
       procedure :: fit
       procedure :: update
+      procedure :: work_in_flow
       procedure :: linearise
       procedure :: multiply
       procedure :: diagonal
@@ -109,6 +111,43 @@ contains
          end do
       end do
    end subroutine update
+
+   !> Work of the stress of what may flow as the gradient grows evenly to where it stands, less that of the
+   !> mean of the stresses at both ends, J: the stress first rises, and then stays where the material flows.
+   real(wp) function work_in_flow(self, particles, materials, layout, time_step) result(work)
+      class(trial_block_t), intent(in) :: self
+      type(particle_store_t), intent(in) :: particles
+      type(materials_t), intent(in) :: materials
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: time_step !< s
+      integer, parameter :: at(9) = [1, 6, 5, 6, 2, 4, 5, 4, 3]
+      real(wp) :: force(lanes, 9), determinant(lanes), share
+      integer :: c, first, k, last, n
+      logical :: too_long
+      too_long = .false. ! of no account here
+      work = 0.0_wp
+      first = 1
+      do while (first <= particles%count)
+         last = min(first + lanes - 1, particles%run_end(first))
+         n = last - first + 1
+         associate (column => particles%column, a => self%gradient(first:last, :), &
+                    law => materials%slots(materials%of_body(particles%body(first)))%law)
+            if (law%may_flow()) then
+               do k = 1, flow_parts
+                  share = (k - 0.5_wp)/flow_parts
+                  call stress_of(self%parts, particles, materials, layout, share*time_step, first, n, &
+                                 share*a, force(:n, :), determinant, too_long)
+                  work = work - sum(force(:n, :)*a)/flow_parts
+               end do
+               do c = 1, 9
+                  work = work + 0.5_wp*sum((self%force(first:last, c) - column(first:last, layout%volume) &
+                                            *column(first:last, layout%stress + at(c) - 1))*a(:, c))
+               end do
+            end if
+         end associate
+         first = last + 1
+      end do
+   end function work_in_flow
 
    !> The tangents about the gradient as it stands: in closed form, where the law has that, or by differences.
    subroutine linearise(self, particles, materials, layout, time_step)

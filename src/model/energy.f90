@@ -211,7 +211,7 @@ contains
       by_effects = sum(model%effect_step%external_work) + accumulated(1)
       taken = sum(model%effect_step%damped) - accumulated(2)
       self%external_work = sum(model%contact%states%work) + sum(model%contact%pairs%states%pressed) &
-                           + by_effects
+                           + by_effects + model%static_losses%in_flow
       if (allocated(model%atoms)) self%external_work = self%external_work + model%atoms%work &
                                                        - model%atoms%tool_work_in_balance
       self%damped = taken + self%now%dissipated + sum(model%contact%states%heat) &

@@ -20,7 +20,7 @@ module m_state
    private
    public :: describe_state, block_state, set_block_state, regions_of, set_regions
 
-   integer, parameter, public :: state_format = 11 !< of checkpoints
+   integer, parameter, public :: state_format = 12 !< of checkpoints
    integer, parameter, public :: block_reals = 13  !< of each block
    integer, parameter :: sums = 12
 
@@ -33,7 +33,7 @@ contains
       type(balance_t), intent(inout) :: balance
       type(error_t), intent(inout) :: error
       integer(i8) :: counts(5)
-      real(wp) :: clock(5), next(6)
+      real(wp) :: clock(5), next(8)
       real(wp), allocatable :: works(:, :)
       associate (comm => model%communicator)
          counts = [model%step, model%moves, comm%sum_count(model%merges), comm%sum_count(model%splits), &
@@ -55,12 +55,12 @@ contains
       if (model%has_statics) then
          associate (losses => model%static_losses)
             next = [model%static_step, losses%uncertainty, losses%ghost_penalty, losses%theta, &
-                    losses%impact, losses%held]
+                    losses%impact, losses%held, losses%in_flow, losses%unpaid]
          end associate
          call store%reals('/state/static_step', next, error)
          model%static_step = next(1)
          model%static_losses = static_losses_t(uncertainty=next(2), ghost_penalty=next(3), theta=next(4), &
-                                               impact=next(5), held=next(6))
+                                               impact=next(5), held=next(6), in_flow=next(7), unpaid=next(8))
       end if
       call describe_balance(store, balance, error)
       allocate (works(4, size(model%levels)))
