@@ -51,7 +51,8 @@ def run(name, tool):
     done = subprocess.run([os.environ["GIMP3D"]], input=scene, capture_output=True, text=True, timeout=900)
     if done.returncode:
         sys.exit(f"FAILED: {name}: {done.stderr[-500:]}")
-    return History(Path(name) / "tool_tip.dat")["load_z"]
+    rows = History(Path(name) / "tool_tip.dat")
+    return np.interp(np.linspace(0.1, 1, 91) * DEPTH, rows["depth"], rows["load_z"])
 
 
 def pressed(name):

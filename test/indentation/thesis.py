@@ -69,7 +69,9 @@ def numbers_off(off):
 
 
 def row(name, what, text, directory, bounds, late=0.0):
-    run(text, 1)
+    """`text`: the scene; None: it has been run."""
+    if text:
+        run(text, 1)
     at = DEPTHS[name]
     mine, right = load(directory, at, late), reference(name, np.array(at))
     off = mine / right - 1
@@ -158,7 +160,12 @@ SLOW = (("end_time=2.466e-8", "end_time=6.6e-8"), ("speeds=0,150.8", "speeds=0,5
 if "E1" in chosen:
     row_of_e1()
 if "E2" in chosen:
-    row("E2", "as shipped", scene("cone", to="e2"), "e2", (0.2, 0.1, 0.1, 0.05, 0.05, 0.05))
+    row("E2", "as shipped", scene("cone", to="e2"), "e2", (0.08, 0.05, 0.05, 0.05, 0.05, 0.05))
+    behind = (0.5 - 0.4) * 32e-9  # of a particle's face the contact points are
+    row("E2", "as shipped, depth counted from contact on", None, "e2", 6 * (0.03,), late=behind)
+    faces = ("penetration_factor=0.4", "penetration_factor=0.5")
+    text = scene("cone", to="e2_follows", words=[FOLLOWS, faces])
+    row("E2", "domains that follow, contact points on the faces", text, "e2_follows", 6 * (0.03,))
 if "E3" in chosen:
     row("E3", "as shipped, two levels", scene("sphere_levels", to="e3"), "e3", (0.1, 0.15, 0.2, 0.2))
     row(
