@@ -50,7 +50,8 @@ contains
                            to_text(drift/cell, 3)//' cells off those of the particles')
          end associate
          call facts%note('subcell_energy_J', &
-                         to_text(sum(contact%states%stored + contact%states%stored_shear)))
+                         to_text(sum(contact%states%stored + contact%states%stored_shear) &
+                                 + sum(contact%pairs%states%stored + contact%pairs%states%stored_shear)))
          call facts%note('constraint_work_J', to_text(sum(contact%states%constraint_work)))
          call facts%note('largest_drift_cells', to_text(drift/cell))
          text = merge('tension by adhesion only', 'no tension              ', contact%pairs%adheres())

@@ -51,7 +51,6 @@ contains
       scene%output%present = text%count_groups('output') > 0
       scene%checkpoint%present = text%count_groups('checkpoint') > 0
       scene%quasi_static%present = text%count_groups('quasi_static') > 0
-      if (scene%quasi_static%present) scene%contact%subcell = 0.0_wp ! one contact law for all steps of a run
       scene%has_motions = text%count_groups('motion') > 0
       scene%time%domain = domain_by_law ! until it is said
       do kind = 1, size(group_words)
@@ -67,6 +66,14 @@ contains
          if (group_words(kind) == 'body') call number_groups(scene)
       end do
       call read_effects(text, catalogue%effects, scene, error)
+      if (error%happened() .or. .not. scene%quasi_static%has_inertia()) return
+      if (text%count_groups('contact') > 0) then
+         call group%begin(text%groups(text%find_group('contact', 1)))
+         if (group%is_given('subcell') .and. scene%contact%subcell > 0.0_wp) &
+            call fail(error, exit_input, text%place('contact', 1, 'subcell')//': allowed: 0 with mode='// &
+                      '''newmark'' of &quasi_static, whose steps lack the compliance below a cell')
+      end if
+      scene%contact%subcell = 0.0_wp ! one contact law for all steps of a run
    end subroutine read_groups
 
    !> True when a law brings an effect: that of a body with more than one particle a cell, for one alone does
@@ -262,8 +269,6 @@ contains
          call group%get('max_iterations', scene%contact%max_iterations, least=1)
          call group%get('compliance', scene%contact%compliance, above(0.0_wp, '', at_most=1.0_wp))
          call group%get('subcell', scene%contact%subcell, at_least(0.0_wp, '', at_most=1.0_wp))
-         if (scene%quasi_static%present .and. scene%contact%subcell > 0.0_wp) &
-            call group%refuse('subcell', 'above 0 only without &quasi_static, whose steps lack the term')
       case ('quasi_static')
          call describe_quasi_static(group, scene%quasi_static)
       case ('guard')

@@ -23,7 +23,7 @@ module m_body_pairs
                               point_velocity, margin
    use m_contact_rows, only: masses_of, places_of
    use m_contact_complaints, only: allowed_text
-   use m_candidates, only: candidates_t, carry_on
+   use m_candidates, only: candidates_t, carry_on, ahead_of
    implicit none
    private
    public :: body_pairs_t
@@ -37,12 +37,15 @@ module m_body_pairs
       type(pair_state_t), allocatable :: states(:) !< (pairs): of the last step; heat and work since the start
       type(pair_state_t), allocatable :: step(:)   !< (pairs): of this step
       real(wp), allocatable :: overlap(:)                !< (pairs): largest in the last step, m
+      real(wp), allocatable :: deflection(:) !< (pairs): the same of surfaces below the cells, m
       type(surface_columns_t) :: at
       type(surface_elements_t) :: elements
       type(meeting_t), allocatable :: meetings(:)
       integer :: met = 0         !< meetings
       type(wanted_nodes_t) :: wanted
       integer :: first = 1       !< candidate; those before are of tools
+      real(wp) :: subcell = 0.0_wp !< factor of the compliance below a cell; 0: none
+      real(wp) :: deepest = 0.0_wp !< largest deflection by the pressures of the last step, of all ranks, m
       real(wp) :: time = 0.0_wp  !< s
    contains
       procedure :: build
@@ -61,6 +64,7 @@ module m_body_pairs
       procedure :: hold_candidate
       procedure, private :: make_candidate
       procedure, private :: may_touch
+      procedure, private :: deepest_of
       procedure, private :: set_adhesion
    end type body_pairs_t
 
@@ -79,7 +83,7 @@ contains
          end do
       end do
       allocate (self%states(size(self%specs)), self%step(size(self%specs)))
-      allocate (self%overlap(size(self%specs)), source=0.0_wp)
+      allocate (self%overlap(size(self%specs)), self%deflection(size(self%specs)), source=0.0_wp)
    end subroutine build
 
    !> True when a scene has bodies that may meet.
@@ -112,6 +116,10 @@ contains
          self%at%pressure(e) = table%column('surface_pressure_'//to_text(e))
          call table%declare('surface_gap_'//to_text(e), 2, 'm', written=.false.)
          self%at%gap(e) = table%column('surface_gap_'//to_text(e))
+         if (self%subcell > 0.0_wp) then
+            call table%declare('surface_deflection_'//to_text(e), 4, 'm', written=.false.)
+            self%at%deflection(e) = table%column('surface_deflection_'//to_text(e))
+         end if
          if (any(self%specs%start == start_as_is)) then
             call table%declare('surface_overlap_'//to_text(e), 1, 'm', written=.false.)
             self%at%overlap(e) = table%column('surface_overlap_'//to_text(e))
@@ -128,9 +136,11 @@ contains
 
    !> Collective among near ranks: the candidates of a step between bodies, after those of tools: points where
    !> an element meets another body that the free motion would carry into it, or almost.
-   subroutine find(self, level, time, time_step, candidates)
+   subroutine find(self, communicator, level, materials, time, time_step, candidates)
       class(body_pairs_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
+      type(materials_t), intent(in) :: materials
       real(wp), intent(in) :: time, time_step !< s
       type(candidates_t), intent(inout) :: candidates
       integer, allocatable :: first_wanted(:)
@@ -140,6 +150,8 @@ contains
       self%time = time
       self%overlap = 0.0_wp
       call self%meet(level)
+      if (self%subcell > 0.0_wp) &
+         self%deepest = communicator%maximum(self%deepest_of(candidates, level, materials))
       allocate (first_wanted(self%met), partners(self%met))
       call self%wanted%clear()
       n = 0
@@ -155,8 +167,8 @@ contains
       if (.not. allocated(candidates%partners)) allocate (candidates%partners(64))
       candidates%paired = 0
       do m = 1, n
-         call self%make_candidate(level, time_step, self%meetings(m), first_wanted(m), partners(m), &
-                                  candidates)
+         call self%make_candidate(level, materials, time_step, self%meetings(m), first_wanted(m), &
+                                  partners(m), candidates)
       end do
       call candidates%order_pairs(size(level%blocks), self%first)
    end subroutine find
@@ -245,10 +257,28 @@ contains
       end do
    end subroutine begin
 
-   !> Where the force of a meeting acts on its element's own body, and how far its gap is shut.
-   subroutine place_candidate(self, level, meeting, c)
+   !> The largest deflection of an element by its own pressure in the last step, as if both bodies were its
+   !> own, m.
+   pure real(wp) function deepest_of(self, candidates, level, materials) result(deepest)
       class(body_pairs_t), intent(in) :: self
+      type(candidates_t), intent(in) :: candidates
       type(level_t), intent(in) :: level
+      type(materials_t), intent(in) :: materials
+      integer :: n
+      deepest = 0.0_wp
+      do n = 1, self%elements%own
+         if (self%elements%last(1, n) > 0.0_wp) deepest = max(deepest, 4.0_wp*self%elements%last(1, n) &
+            *candidates%compliance_of(level, materials, self%elements%block(n), self%elements%particle(n), &
+                                      self%elements%list(n)%edge))
+      end do
+   end function deepest_of
+
+   !> Where the force of a meeting acts on its element's own body, and how far its gap is shut.
+   subroutine place_candidate(self, candidates, level, materials, meeting, c)
+      class(body_pairs_t), intent(in) :: self
+      type(candidates_t), intent(in) :: candidates !< for what they know of materials
+      type(level_t), intent(in) :: level
+      type(materials_t), intent(in) :: materials
       type(meeting_t), intent(in) :: meeting
       type(candidate_t), intent(out) :: c
       real(wp) :: share
@@ -280,7 +310,12 @@ contains
          c%arm = share*(element%point - element%centre)
          c%force = last(1)*c%area
          c%last_tangential_force = last(2:4)*c%area
+         c%deflection = last(7)
+         c%shear_deflection = last(8:10)
          c%pair = pair_of(nint(element%field), meeting%field)
+         ! what adheres has its own length at the edge of contact (eq. cohesive-zone)
+         if (.not. self%specs(c%pair)%adhesion > 0.0_wp) &
+            c%subcell = candidates%compliance_of(level, materials, c%block, c%particle, element%edge)
          c%has_friction = has_friction(self%specs(c%pair)%friction)
       end associate
    end subroutine place_candidate
@@ -302,9 +337,10 @@ contains
    end subroutine hold_candidate
 
    !> Keep a meeting as a candidate if the free motion of the nodes would close it, or almost.
-   subroutine make_candidate(self, level, time_step, meeting, first_wanted, partner, candidates)
+   subroutine make_candidate(self, level, materials, time_step, meeting, first_wanted, partner, candidates)
       class(body_pairs_t), intent(inout) :: self
       type(level_t), intent(in) :: level
+      type(materials_t), intent(in) :: materials
       real(wp), intent(in) :: time_step
       type(meeting_t), intent(in) :: meeting
       integer, intent(in) :: first_wanted !< of the partner's nodes
@@ -312,24 +348,26 @@ contains
       type(candidates_t), intent(inout) :: candidates
       type(candidate_t) :: c
       logical :: held
-      call self%place_candidate(level, meeting, c)
+      call self%place_candidate(candidates, level, materials, meeting, c)
+      partner%deflected = c%shear_deflection
       associate (element => self%elements%list(meeting%element), &
                  last => self%elements%last(:, meeting%element), &
                  pair => pair_of(nint(self%elements%list(meeting%element)%field), meeting%field))
          call carry_on(merge(last(5) + c%allowed, 0.0_wp, nint(last(6)) == meeting%field), element%edge, &
-                       .false., c%gap, c%carried, c%drift)
+                       self%subcell > 0.0_wp .and. last(1) > 0.0_wp, c%gap, c%carried, c%drift)
          if (.not. c%carried .and. self%specs(pair)%press_fit > 0.0_wp) then ! pushed out, not drawn
             c%gap = c%gap - c%drift
             c%drift = 0.0_wp
          end if
-         self%overlap(pair) = max(self%overlap(pair), -c%gap)
+         self%overlap(pair) = max(self%overlap(pair), -c%gap - c%deflection)
          call take_mass(self%wanted, first_wanted, partner)
          call self%hold_candidate(level, meeting, c, partner, held)
          if (.not. held) return
          c%opposite = partner%reflection*mean_velocity(self%wanted, first_wanted, partner%face)
          c%speed = dot_product(c%normal, point_velocity(level, c))
          call self%set_adhesion(level, self%specs(pair), partner%element, c)
-         if (c%gap + time_step*(c%speed - dot_product(c%normal, c%opposite)) > margin*element%edge &
+         if (c%gap + time_step*(c%speed - dot_product(c%normal, c%opposite)) > ahead_of(element%edge, &
+             self%deepest) &
              .and. .not. (c%carried .or. c%adhesive_tension > 0.0_wp)) return
       end associate
       call candidates%add_pair(c, partner)
@@ -347,10 +385,12 @@ contains
       real(wp) :: overlap
       integer :: n, pair
       self%step = pair_state_t()
+      self%deflection = 0.0_wp
       do n = self%first, candidates%count
          associate (c => candidates%list(n), partner => candidates%partners(candidates%list(n)%partner), &
                     block => level%blocks(candidates%list(n)%block))
             pair = pair_of(block%field, partner%field)
+            self%deflection(pair) = max(self%deflection(pair), c%deflection)
             overlap = 0.0_wp
             if (self%at%overlap(partner%element) > 0) overlap = block%particles%column(c%particle, &
                   self%at%overlap(partner%element))
@@ -366,7 +406,7 @@ contains
    subroutine add_up(self, communicator)
       class(body_pairs_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
-      call add_up_pairs(communicator, self%step, self%states, self%overlap)
+      call add_up_pairs(communicator, self%step, self%states, self%overlap, self%deflection)
    end subroutine add_up
 
    !> Collective among near ranks: contact is for the finest level: stop where bodies meet on a coarser one.

@@ -11,14 +11,14 @@ module m_candidates
    use m_materials, only: materials_t
    use m_stencil, only: bin_place
    use m_face_weights, only: find_face, cube_span, flattening
-   use m_face_gap, only: find_gap, near_tool, particles_near, deform, thickest, fastest
+   use m_face_gap, only: find_gap, near_tool, list_near, deform, thickest, fastest
    use m_friction_law, only: has_friction
    use m_subcell_modulus, only: half_space_modulus, subcell_compliance
    use m_contact_point, only: candidate_t, partner_t, no_candidate, drift_of, set_face, point_velocity, &
                               place_of, width_of, overlap_rate, margin
    implicit none
    private
-   public :: candidates_t, carry_on
+   public :: candidates_t, carry_on, ahead_of
 
    !> Those of this rank.
    type :: candidates_t
@@ -50,6 +50,9 @@ module m_candidates
       procedure :: add_pair
       procedure :: order_pairs
       procedure :: pressed
+      procedure :: know_moduli
+      procedure :: make_point
+      procedure :: compliance_of
       procedure, private :: search
       procedure, private :: consider
       procedure, private :: take
@@ -77,15 +80,14 @@ contains
       logical, intent(in), optional :: again !< the last step's pressures, friction and gaps stay: candidates
                                              !< are found again for it
       logical :: turns
-      integer :: b, m, t
+      integer :: b, t
       self%count = 0
       self%paired = 0
       self%frictional = 0
       overlap = 0.0_wp
       turns = .true.
       if (present(again)) turns = .not. again
-      if (self%deflected > 0 .and. .not. allocated(self%modulus)) &
-         self%modulus = [(half_space_modulus(materials%slots(m)%law), m=1, size(materials%slots))]
+      call self%know_moduli(materials)
       if (allocated(self%before)) then
          if (size(self%before) /= size(level%blocks) + 1) deallocate (self%before)
       end if
@@ -94,9 +96,8 @@ contains
          self%before(b) = self%count
          if (level%blocks(b)%particles%count == 0) cycle
          do t = 1, size(tools)
-            if (.not. near_tool(tools(t), level, level%blocks(b))) cycle
-            call level%blocks(b)%cells%link(level%blocks(b)%particles%count)
-            call self%search(tools(t), level, materials, time_step, b, t, overlap(t))
+            if (near_tool(tools(t), level, level%blocks(b), fastest*level%grid%cell)) &
+               call self%search(tools(t), level, materials, time_step, b, t, overlap(t))
          end do
          if (turns .and. level%blocks(b)%pressed) &
             call self%shift_pressure_history(size(tools), level%blocks(b)%particles%count, &
@@ -137,24 +138,31 @@ contains
    subroutine search(self, tool, level, materials, time_step, b, t, overlap)
       class(candidates_t), intent(inout) :: self
       type(tool_t), intent(in) :: tool
-      type(level_t), intent(in) :: level
+      type(level_t), intent(inout) :: level
       type(materials_t), intent(in) :: materials
       real(wp), intent(in) :: time_step
       integer, intent(in) :: b, t !< numbers of the block and the tool
       real(wp), intent(inout) :: overlap
       real(wp) :: reach !< no candidate's contact point is further from the tool, m
+      integer, allocatable :: near(:)
       integer :: n
       reach = min(fastest*level%grid%cell, &
                   self%width_ahead(t, thickest(level)) &
                   + time_step*(fastest_node(level%nodes(:, :, :, :, b)) + tool%surface_speed()))
-      associate (cells => level%blocks(b)%cells, &
-                 near => particles_near(tool, level, level%blocks(b), thickest(level) + reach))
-         do n = 1, size(near)
-            call self%consider(tool, level, materials, time_step, [b, near(n), int(cells%bin(near(n))), t], &
-                               reach, overlap)
-         end do
-      end associate
+      call list_near(tool, level, b, reach, near)
+      do n = 1, size(near)
+         call self%consider(tool, level, materials, time_step, [b, near(n), t], reach, overlap)
+      end do
    end subroutine search
+
+   !> Moduli of the half-spaces of all materials, once.
+   pure subroutine know_moduli(self, materials)
+      class(candidates_t), intent(inout) :: self
+      type(materials_t), intent(in) :: materials
+      integer :: m
+      if (.not. allocated(self%modulus)) &
+         self%modulus = [(half_space_modulus(materials%slots(m)%law), m=1, size(materials%slots))]
+   end subroutine know_moduli
 
    !> How far before they touch a tool points are candidates: those that the surface below the cells lets
    !> touch first count too, but not those of a second layer, m.
@@ -163,8 +171,14 @@ contains
       integer, intent(in) :: t     !< number of the tool
       real(wp), intent(in) :: edge !< of the particle, m
       width = margin*edge
-      if (self%deflected > 0) width = min(width + self%deepest(t), max(width, farthest_ahead*edge))
+      if (self%deflected > 0) width = ahead_of(edge, self%deepest(t))
    end function width_ahead
+
+   !> The same with a deflection (m) below the cells of some point: as wide, but not to a second layer, m.
+   pure real(wp) function ahead_of(edge, deepest) result(width)
+      real(wp), intent(in) :: edge, deepest !< of the particle; m
+      width = min(margin*edge + deepest, max(margin, farthest_ahead)*edge)
+   end function ahead_of
 
    !> No node of a tile is faster, m/s.
    pure real(wp) function fastest_node(tile)
@@ -224,7 +238,7 @@ contains
       type(level_t), intent(in) :: level
       type(materials_t), intent(in) :: materials
       real(wp), intent(in) :: time_step
-      integer, intent(in) :: number(4) !< of the block, the particle, the bin and the tool
+      integer, intent(in) :: number(3) !< of the block, the particle and the tool
       real(wp), intent(in) :: reach    !< contact points that are further away do not get there, m
       real(wp), intent(inout) :: overlap
       type(candidate_t) :: new
@@ -238,11 +252,11 @@ contains
          if (new%gap > reach) return
          held = .false.
          if (self%deflected > 0) then
-            new%deflection = column(p, self%deflected + number(4) - 1)
+            new%deflection = column(p, self%deflected + number(3) - 1)
             held = column(p, self%pressure) > 0.0_wp
          end if
          overlap = max(overlap, -new%gap - new%deflection)
-         call carry_on(column(p, self%carried + number(4) - 1), thickness, held, new%gap, new%carried, &
+         call carry_on(column(p, self%carried + number(3) - 1), thickness, held, new%gap, new%carried, &
                        new%drift)
          self%drift = max(self%drift, abs(new%drift))
          call self%take(tool, level, materials, time_step, number, new, edge, thickness)
@@ -274,45 +288,19 @@ contains
       type(level_t), intent(in) :: level
       type(materials_t), intent(in) :: materials
       real(wp), intent(in) :: time_step
-      integer, intent(in) :: number(4)        !< as in consider
+      integer, intent(in) :: number(3)        !< as in consider
       type(candidate_t), intent(in) :: new    !< with its gap and normal
       real(wp), intent(in) :: edge, thickness !< of the particle, m
-      real(wp) :: to_face, span(3, 3), position(3)
       integer :: p
       call make_room(self)
       p = number(2)
-      associate (block => level%blocks(number(1)), column => level%blocks(number(1))%particles%column, &
-                 at => level%layout, c => self%list(self%count + 1))
+      associate (column => level%blocks(number(1))%particles%column, c => self%list(self%count + 1))
          c = new
-         c%block = number(1)
-         c%particle = p
-         c%tool = number(4)
-         position = column(p, at%position:at%position + 2)
-         if (deform(level)) then
-            associate (r => fitted_edges(column(p, :), at, level%grid%cell))
-               call find_face(r, c%normal, level%grid%cell, at%domain > 0, norm2(matmul(c%normal, r)), &
-                              to_face, span)
-            end associate
-         else
-            to_face = 0.5_wp*edge*min(1.0_wp, thickness/edge + flattening)
-            span = cube_span(0.5_wp*edge, c%normal, level%grid%cell)
-         end if
-         call set_face(c, level%grid, block%place, bin_place(number(3)), at%domain > 0, &
-                       (position - to_face*c%normal - block%origin)*level%grid%per_cell, &
-                       span*level%grid%per_cell)
-         c%from = position
-         c%arm = -to_face*c%normal
+         call self%make_point(level, materials, number, edge, thickness, c)
          c%speed = dot_product(c%normal, point_velocity(level, c))
          c%opposite = tool%velocity_at(place_of(c))
          if (c%gap + time_step*(c%speed - dot_product(c%normal, c%opposite)) &
              > self%width_ahead(c%tool, edge) .and. .not. c%carried) return
-         call set_area(c, level, edge, thickness, column(p, at%volume))
-         associate (m => materials%of_body(block%particles%body(p)))
-            if (self%deflected > 0) &
-               c%subcell = self%subcell*subcell_compliance(level%grid%cell, self%modulus(m), &
-                           max(width_of(c), self%widest(block%particles%body(p))*level%grid%cell))
-         end associate
-         c%mass = column(p, at%mass)
          c%force = expected(column(p, self%pressure), column(p, self%earlier))*c%area
          c%has_friction = has_friction(tool%spec%friction)
          if (c%has_friction) then
@@ -325,6 +313,56 @@ contains
          self%count = self%count + 1
       end associate
    end subroutine take
+
+   !> The contact point of a particle that meets a tool along a normal, in steps of any kind: its face, the
+   !> nodes there and their weights, its area, and what the half-space gives way by below it.
+   subroutine make_point(self, level, materials, number, edge, thickness, c)
+      class(candidates_t), intent(in) :: self
+      type(level_t), intent(in) :: level
+      type(materials_t), intent(in) :: materials
+      integer, intent(in) :: number(3)        !< of the block, the particle and the tool
+      real(wp), intent(in) :: edge, thickness !< of the particle, m
+      type(candidate_t), intent(inout) :: c   !< with its normal
+      real(wp) :: to_face, span(3, 3)
+      integer :: p
+      p = number(2)
+      associate (block => level%blocks(number(1)), column => level%blocks(number(1))%particles%column, &
+                 at => level%layout)
+         c%block = number(1)
+         c%particle = p
+         c%tool = number(3)
+         c%from = column(p, at%position:at%position + 2)
+         c%mass = column(p, at%mass)
+         if (deform(level)) then
+            associate (r => fitted_edges(column(p, :), at, level%grid%cell))
+               call find_face(r, c%normal, norm2(matmul(c%normal, r)), to_face, span)
+            end associate
+         else
+            to_face = 0.5_wp*edge*min(1.0_wp, thickness/edge + flattening)
+            span = cube_span(0.5_wp*edge, c%normal)
+         end if
+         c%arm = -to_face*c%normal
+         call set_face(c, level%grid, block%place, bin_place(int(block%cells%bin(p))), at%domain > 0, &
+                       (c%from - to_face*c%normal - block%origin)*level%grid%per_cell, &
+                       span*level%grid%per_cell)
+         call set_area(c, level, edge, thickness, column(p, at%volume))
+         c%subcell = self%compliance_of(level, materials, number(1), p, width_of(c))
+      end associate
+   end subroutine make_point
+
+   !> What the half-space below a face (m wide) of a particle gives way by, m/Pa.
+   pure real(wp) function compliance_of(self, level, materials, b, p, width) result(compliance)
+      class(candidates_t), intent(in) :: self
+      type(level_t), intent(in) :: level
+      type(materials_t), intent(in) :: materials
+      integer, intent(in) :: b, p !< numbers of the block and the particle
+      real(wp), intent(in) :: width
+      associate (body => level%blocks(b)%particles%body(p))
+         compliance = self%subcell*subcell_compliance( &
+                      level%grid%cell, self%modulus(materials%of_body(body)), &
+                      max(width, self%widest(body)*level%grid%cell))
+      end associate
+   end function compliance_of
 
    !> Area of the face of a candidate whose place is known.
    pure subroutine set_area(c, level, edge, thickness, volume)

@@ -102,6 +102,7 @@ contains
       self%candidates%widest = 1.0_wp/real(scene%bodies%particles_per_cell, wp)**(1.0_wp/3.0_wp)
       allocate (self%given(6, size(scene%tools)), source=0.0_wp)
       call self%pairs%build(scene)
+      self%pairs%subcell = scene%contact%subcell
       self%friction%present = any(has_friction(scene%tools%friction)) .or. self%pairs%is_frictional()
    end subroutine build
 
@@ -154,12 +155,14 @@ contains
          call self%tools(t)%begin_step(time, time_step)
       end do
       call self%candidates%find(self%tools, level, materials, time_step, self%states%overlap)
-      if (self%pairs%active()) call self%pairs%find(level, time, time_step, self%candidates)
+      if (self%pairs%active()) &
+         call self%pairs%find(communicator, level, materials, time, time_step, self%candidates)
       call self%make_room(communicator)
       if (.not. self%has_problem) self%candidates%deepest = 0.0_wp
       if (self%has_problem) then
          call assemble(self%system, communicator, self%tools, self%candidates, level, &
-                       self%spec%compliance, time_step, self%candidates%deflected > 0)
+                       self%spec%compliance, time_step, &
+                       self%spec%subcell > 0.0_wp .and. any(self%candidates%modulus > 0.0_wp))
          call self%solve(level, time_step, error)
          call check_nodes(self%candidates, self%tools, level, error)
          allocate (forces(self%system%rows))
@@ -171,7 +174,7 @@ contains
             end associate
          end do
          if (self%pairs%is_frictional()) &
-            call find_slip(self%candidates, self%pairs%first, self%system, level, forces)
+            call find_slip(self%candidates, self%pairs%first, self%system, level, time_step, forces)
          call move_nodes(self%system, level, time_step, forces)
          if (self%strains_apart) call keep_velocities(self%candidates, self%given, level)
       end if

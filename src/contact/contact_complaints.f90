@@ -7,7 +7,7 @@ module m_contact_complaints
    use m_tool, only: tool_t
    use m_level, only: level_t
    use m_contact_point, only: candidate_t
-   use m_face_gap, only: near_tool, thickest
+   use m_face_gap, only: near_tool, thickest, fastest
    use m_candidates, only: candidates_t
    implicit none
    private
@@ -45,7 +45,7 @@ contains
       real(wp) :: gap, limit, normal(3)
       associate (column => level%blocks(b)%particles%column, x => level%layout%position)
          do tool = 1, size(tools)
-            if (.not. near_tool(tools(tool), level, level%blocks(b))) cycle
+            if (.not. near_tool(tools(tool), level, level%blocks(b), fastest*level%grid%cell)) cycle
             limit = tools(tool)%spec%penetration_factor*thickest(level)
             do particle = 1, level%blocks(b)%particles%count
                ! hardly any particle is so near that its own thickness must be found

@@ -64,6 +64,7 @@ module m_contact_point
       real(wp) :: mass(0:2, 0:2, 0:2) = 0.0_wp !< of the nodes, kg
       real(wp) :: point(3) = 0.0_wp       !< where the force acts on the candidate's body, m
       real(wp) :: slip(2) = 0.0_wp        !< along the tangents, as the step leaves it, m/s
+      real(wp) :: deflected(3) = 0.0_wp   !< shear deflection of the candidate in the last step, m
    end type partner_t
 
    type(candidate_t), parameter :: no_candidate = candidate_t() !< before anything is said of it

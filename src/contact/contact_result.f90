@@ -40,6 +40,8 @@ contains
             if ((it%force > 0.0_wp .or. it%carried .or. it%partner > 0) .and. scale > 0.0_wp) &
                call leave_gap(candidates, level, it, time_step, deflection(c), &
                               (w(c) - b(c))/scale - (system%softness(c)/scale**2 - subcell(c))*it%force)
+            last = size(x) + 2*it%frictional
+            if (it%frictional > 0) it%shear_deflection = matmul(it%tangent, deflection(last - 1:last))
             if (it%tool == 0) cycle ! body_pairs keeps it
             column(it%particle, candidates%pressure) = it%force/it%area
             associate (deepest => candidates%deepest(it%tool))
@@ -47,8 +49,6 @@ contains
             end associate
             if (it%frictional == 0) cycle
             column(it%particle, first:first + 2) = matmul(it%tangent, it%tangential_force)/it%area
-            last = size(x) + 2*it%frictional
-            it%shear_deflection = matmul(it%tangent, deflection(last - 1:last))
             if (candidates%dragged > 0) &
                column(it%particle, candidates%dragged:candidates%dragged + 2) = it%shear_deflection
          end associate

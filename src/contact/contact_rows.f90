@@ -32,7 +32,7 @@ contains
 
    !> Collective among neighbours: the operator of a step's candidates: a row for each normal force, then two
    !> for each friction.
-   subroutine assemble(system, communicator, tools, candidates, level, softness, time_step, subcell)
+   subroutine assemble(system, communicator, tools, candidates, level, softness, time_step, subcell, at_rest)
       type(contact_system_t), intent(inout) :: system
       type(communicator_t), intent(in) :: communicator
       type(tool_t), intent(in) :: tools(:)
@@ -41,9 +41,12 @@ contains
       real(wp), intent(in) :: softness                 !< of the normal forces, in the mobilities of particles
       real(wp), intent(in) :: time_step                !< s
       logical, intent(in) :: subcell                   !< the half-space gives way below cells (eq. subcell)
+      logical, intent(in), optional :: at_rest !< masses play no part, and the nodes do not have them
       real(wp), dimension(candidates%count + 2*candidates%frictional) :: below, compliance
       integer :: c, n, place(0:2, 3), t
+      real(wp) :: mass(0:2, 0:2, 0:2)
       logical, allocatable :: done(:)
+      mass = 1.0_wp
       associate (list => candidates%list(:candidates%count))
          call system%begin(communicator, level%grid%cells, level%grid%fields, &
                            [(size(tools(t)%pushed), t=1, size(tools))], &
@@ -65,13 +68,14 @@ contains
          do c = 1, size(list)
             n = n + 1
             place = system%place(:, :, n)
-            call set_mobility(system, level, n, list(c)%face%last, place, masses_of(level, list(c), place), &
-                              time_step, done)
+            if (.not. present(at_rest)) mass = masses_of(level, list(c), place)
+            call set_mobility(system, level, n, list(c)%face%last, place, mass, time_step, done)
             if (list(c)%partner == 0) cycle
             n = n + 1
             associate (other => candidates%partners(list(c)%partner))
-               call set_mobility(system, level, n, other%face%last, system%place(:, :, n), other%mass, &
-                                 time_step, done)
+               if (.not. present(at_rest)) mass = other%mass
+               call set_mobility(system, level, n, other%face%last, system%place(:, :, n), mass, time_step, &
+                                 done)
             end associate
          end do
       end associate

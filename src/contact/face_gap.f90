@@ -15,7 +15,7 @@ module m_face_gap
    use m_level, only: level_t
    implicit none
    private
-   public :: find_gap, find_thickness, near_tool, particles_near, deform, thickest, fastest
+   public :: find_gap, find_thickness, near_tool, list_near, deform, thickest, fastest
 
    real(wp), parameter :: fastest = maxval(safety_allowed) !< no contact point comes nearer by more cells in a
                                                            !< step
@@ -111,14 +111,33 @@ contains
       thickness = 2.0_wp*norm2(undeformed*normal)*law%stretch(values, at, normal)
    end function box_thickness
 
-   !> True when a particle of a block may get to a tool in a step, by the distance of the block's middle.
-   pure logical function near_tool(tool, level, block)
+   !> True when contact points of a block's particles may be within a reach (m) of a tool, by the distance of
+   !> the block's middle.
+   pure logical function near_tool(tool, level, block, reach)
       type(tool_t), intent(in) :: tool
       type(level_t), intent(in) :: level
       type(block_t), intent(in) :: block
+      real(wp), intent(in) :: reach
       near_tool = tool%min_gap(block%origin + 0.5_wp*(block_size - 1)*level%grid%cell) &
-                  <= (0.5_wp*block_size*sqrt(3.0_wp) + fastest)*level%grid%cell + thickest(level)
+                  <= 0.5_wp*block_size*sqrt(3.0_wp)*level%grid%cell + reach + thickest(level)
    end function near_tool
+
+   !> The particles of a block whose contact points may be within a reach (m) of a tool.
+   subroutine list_near(tool, level, b, reach, near)
+      type(tool_t), intent(in) :: tool
+      type(level_t), intent(inout) :: level !< its lists of cells are brought up to date
+      integer, intent(in) :: b              !< number of the block
+      real(wp), intent(in) :: reach
+      integer, allocatable, intent(out) :: near(:)
+      associate (block => level%blocks(b))
+         if (block%particles%count == 0 .or. .not. near_tool(tool, level, block, reach)) then
+            allocate (near(0))
+            return
+         end if
+         call block%cells%link(block%particles%count)
+         near = particles_near(tool, level, block, thickest(level) + reach)
+      end associate
+   end subroutine list_near
 
    !> The particles of those bins of a block that a tool's distance from their middle does not rule out.
    pure function particles_near(tool, level, block, farthest) result(near)

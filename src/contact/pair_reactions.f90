@@ -30,6 +30,8 @@ module m_pair_reactions
       real(wp) :: work = 0.0_wp        !< done by the condition itself since the start, J
       real(wp) :: parting = 0.0_wp     !< taken by adhesion as gaps opened, since the start, J
       real(wp) :: pressed = 0.0_wp     !< done as an overlap was pressed out, since the start, J
+      real(wp) :: stored = 0.0_wp       !< elastic energy that the bodies keep below the cells, J:
+      real(wp) :: stored_shear = 0.0_wp !< and that which friction has put there, J
       real(wp) :: candidates = 0.0_wp  !< how many
    end type pair_state_t
 
@@ -47,11 +49,12 @@ contains
 
    !> Collective: how the candidates between bodies, from `first` on, slip with the forces of the step. Nodes
    !> have not been moved yet.
-   subroutine find_slip(candidates, first, system, level, forces)
+   subroutine find_slip(candidates, first, system, level, time_step, forces)
       type(candidates_t), intent(inout) :: candidates
       integer, intent(in) :: first
       type(contact_system_t), intent(inout) :: system
       type(level_t), intent(in) :: level
+      real(wp), intent(in) :: time_step !< s
       real(wp), intent(in) :: forces(:) !< (rows), N
       real(wp), dimension(size(forces)) :: scaled, change
       integer :: c, k, r
@@ -65,8 +68,13 @@ contains
                if (it%frictional == 0) cycle
                do k = 1, 2
                   r = n + 2*it%frictional - 2 + k
-                  candidates%partners(it%partner)%slip(k) = change(r) &
-                     + dot_product(it%tangent(:, k), point_velocity(level, it) - it%opposite)
+                  associate (partner => candidates%partners(it%partner))
+                     partner%slip(k) = change(r) + dot_product(it%tangent(:, k), &
+                        point_velocity(level, it) - it%opposite - partner%deflected/time_step)
+                     ! of the surfaces: with what gives way below the cells, of which the nodes' part is there
+                     if (system%has_subcell) &
+                        partner%slip(k) = partner%slip(k) + system%subcell_rows(r)*forces(r)
+                  end associate
                end do
             end associate
          end do
@@ -106,12 +114,13 @@ contains
       integer, intent(in) :: pressure   !< column of the contact pressure
       associate (particles => level%blocks(c%block)%particles, p => c%particle, e => partner%element)
          associate (column => particles%column, own => at%pressure(e), friction => at%friction(e), &
-                    bond => at%bond(e), gap => at%gap(e), &
+                    bond => at%bond(e), gap => at%gap(e), below => at%deflection(e), &
                     law => materials%slots(materials%of_body(particles%body(p)))%law)
             column(p, own) = column(p, own) + c%force/c%area
             column(p, pressure) = column(p, pressure) + c%force/c%area
             if (abs(c%force) > 0.0_wp .or. c%carried .or. c%adhesive_tension > 0.0_wp) &
                column(p, gap:gap + 1) = [c%gap - c%allowed + time_step*c%opening, real(partner%field, wp)]
+            if (below > 0) column(p, below:below + 3) = [c%deflection, c%shear_deflection]
             if (c%frictional > 0) then
                column(p, friction:friction + 2) = column(p, friction:friction + 2) &
                                                   + matmul(c%tangent, c%tangential_force)/c%area
@@ -142,9 +151,12 @@ contains
       state%heat = state%heat + heat_of(c, partner, time_step)
       state%work = state%work + time_step*(c%force + c%adhesive_tension)*c%opening
       state%parting = state%parting + time_step*c%adhesive_tension*c%opening
+      state%stored = state%stored + 0.5_wp*c%force*c%deflection
+      state%stored_shear = state%stored_shear + 0.5_wp*dot_product(force_of(c), c%shear_deflection)
       state%pressed = state%pressed + time_step*c%force*press_rate(spec, time)*overlap
       ! also of points that press nothing: others beside them do
-      if (c%gap + time_step*c%opening <= overlap_rate*width_of(c)) state%area = state%area + 0.5_wp*c%area
+      if (c%gap + time_step*c%opening + c%deflection <= overlap_rate*width_of(c)) &
+         state%area = state%area + 0.5_wp*c%area
    end subroutine add_reaction
 
    !> All around the axis of a section of one of revolution no moment is left. The force along x stays what
@@ -158,22 +170,26 @@ contains
    end subroutine close_rings
 
    !> Collective: the reactions of a step over all ranks become the states of the pairs: what goes on from
-   !> step to step is added to what was. Deepest overlaps.
-   subroutine add_up_pairs(communicator, step, states, overlap)
+   !> step to step is added to what was. Deepest overlaps and deflections.
+   subroutine add_up_pairs(communicator, step, states, overlap, deflection)
       type(communicator_t), intent(in) :: communicator
       type(pair_state_t), intent(inout) :: step(:)   !< (pairs)
       type(pair_state_t), intent(inout) :: states(:) !< (pairs)
-      real(wp), intent(inout) :: overlap(:)          !< (pairs), m
+      real(wp), intent(inout) :: overlap(:), deflection(:) !< (pairs), m
+      real(wp) :: both(size(overlap), 2)
       integer :: n
+      both(:, 1) = overlap
+      both(:, 2) = deflection
       call MPI_Allreduce(MPI_IN_PLACE, step, state_reals*size(step), MPI_DOUBLE_PRECISION, MPI_SUM, &
                          communicator%comm)
-      call MPI_Allreduce(MPI_IN_PLACE, overlap, size(overlap), MPI_DOUBLE_PRECISION, MPI_MAX, &
-                         communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, both, size(both), MPI_DOUBLE_PRECISION, MPI_MAX, communicator%comm)
+      overlap = both(:, 1)
+      deflection = both(:, 2)
       do n = 1, size(step)
          if (.not. any(abs(step(n)%force) > 0.0_wp)) step(n)%area = 0.0_wp ! they touch and press nothing
       end do
       step%heat = step%heat + states%heat
-      step%work = step%work + states%work
+      step%work = step%work + states%work + (step%stored - states%stored)
       step%parting = step%parting + states%parting
       step%pressed = step%pressed + states%pressed
       states = step

@@ -10,17 +10,22 @@ module m_subcell
    use m_surface_area, only: find_surface_area
    implicit none
    private
-   public :: set_subcell, find_deflection
+   public :: set_subcell, find_deflection, beside_subcell
 
    real(wp), parameter :: counted_area = 0.9_wp !< of a node's surface, by its particles: what counts beyond
                                                 !< the contact's rim
+   real(wp), parameter :: one_face = 0.95_wp !< mean normal of a node's points, where bodies meet on one face
+                                             !< there: at a corner an area is not that of one direction
+   real(wp), parameter :: huge_stiffness = 1.0e250_wp !< over area, of what does not give way, N/m3:
+   real(wp), parameter :: rigid = 1.0e150_wp !< N/m: some of a node's points are such
    real(wp), parameter :: beside_subcell = 0.1_wp !< of the compliance of points that the term makes unique
 
 contains
 
    !> Collective among neighbours: the term of a step's rows and nodes, when those have numbers and know of
    !> other ranks'. A node's area is that which the points on it stand for, or what its particles show of
-   !> surface to the tool if that is more; its modulus is the mean of the points'. The term only takes energy.
+   !> surface to the tool if that is more; its modulus is the mean of those of its own body's points. The term
+   !> only takes energy.
    subroutine set_subcell(system, level, list, time_step, compliance, below)
       type(contact_system_t), intent(inout) :: system
       type(level_t), intent(in) :: level
@@ -28,21 +33,22 @@ contains
       real(wp), intent(in) :: time_step !< s
       real(wp), intent(inout) :: compliance(:) !< (rows): of points, s/kg
       real(wp), intent(inout) :: below(:)      !< (rows): the term's share of the diagonal, s/kg
-      real(wp), dimension(3, system%nodes%count) :: normal, sums, surface
+      real(wp), dimension(3, system%nodes%count) :: normal, sums, surface, paired
       real(wp) :: area, of_node(system%nodes%count), way(4)
       logical :: held(3)
       integer :: c, n, s
-      call add_up_points(system, list, normal, sums)
+      call add_up_points(system, list, normal, sums, paired)
       call find_surface_area(level, system%nodes, surface)
       do n = 1, system%nodes%count
          system%subcell_nodes(:, n) = 0.0_wp
          of_node(n) = 0.0_wp
-         if (.not. sums(1, n) > 0.0_wp .or. sums(3, n) > 0.0_wp) cycle
+         if (.not. sums(3, n) > 0.0_wp .or. sums(2, n) >= rigid) cycle
+         if (paired(1, n) > 0.0_wp .and. norm2(normal(:, n)) < one_face*sums(1, n)) cycle
          held = held_components(level%grid, system%nodes%place_of(system%nodes%grid_node(n)))
          where (held) normal(:, n) = 0.0_wp ! across a symmetry plane the mirror image has the opposite
          area = -dot_product(normal(:, n), surface(:, n))/max(norm2(normal(:, n)), tiny(area))
          area = max(sums(1, n), counted_area*area)
-         of_node(n) = sums(1, n)/(sums(2, n)*time_step)
+         of_node(n) = sums(3, n)/(sums(2, n)*time_step)
          system%subcell_nodes(:3, n) = merge(0.0_wp, of_node(n)/area, held)
       end do
       call set_rows(system, list, of_node)
@@ -75,7 +81,7 @@ contains
             system%subcell_rows(c) = system%subcell_rows(c) + system%weight(s)*of_node(system%node(s))
          end do
       end do
-      system%subcell_rows(:size(list)) = system%subcell_rows(:size(list))/list%area
+      system%subcell_rows(:size(list)) = system%subcell_rows(:size(list))/share_of(list)
       do c = 1, size(list)
          n = size(list) + 2*list(c)%frictional
          if (list(c)%frictional > 0) system%subcell_rows(n - 1:n) = system%subcell_rows(c)
@@ -108,31 +114,44 @@ contains
       end associate
    end subroutine find_deflection
 
-   !> Collective among neighbours: areas of points by their weights on nodes: times the normal; alone, over
-   !> the compliance, and of points without any.
-   subroutine add_up_points(system, list, normal, sums)
+   !> What of the surface a point stands for, m2: between bodies both sides have points.
+   pure elemental real(wp) function share_of(c) result(area)
+      type(candidate_t), intent(in) :: c
+      area = merge(0.5_wp, 1.0_wp, c%partner > 0)*c%area
+   end function share_of
+
+   !> Collective among neighbours: areas of points by their weights on nodes: times the normal; alone, and of
+   !> points of the node's own body over the compliance and alone.
+   subroutine add_up_points(system, list, normal, sums, paired)
       type(contact_system_t), intent(inout) :: system
       type(candidate_t), intent(in) :: list(:)
       real(wp), intent(out) :: normal(:, :), sums(:, :) !< (3, nodes): m2; m2, N/m and m2
+      real(wp), intent(out) :: paired(:, :)             !< (3, nodes): m2, of points between bodies
       real(wp) :: share(3), area
-      integer :: c, n, s
+      integer :: before, c, n, s
       normal = 0.0_wp
       sums = 0.0_wp
+      paired = 0.0_wp
+      before = 0
       do n = 1, system%parts
          c = system%row(n)
          if (c > size(list)) exit
-         share = [1.0_wp, 0.0_wp, 1.0_wp]
-         if (list(c)%subcell > 0.0_wp) share = [1.0_wp, 1.0_wp/list(c)%subcell, 0.0_wp]
+         share = [1.0_wp, huge_stiffness, 1.0_wp]
+         if (list(c)%subcell > 0.0_wp) share(2) = 1.0_wp/list(c)%subcell
+         if (c == before) share(2:) = 0.0_wp ! the other body's points know its modulus
+         before = c
          do s = system%begins(n), system%begins(n + 1) - 1
-            area = system%weight(s)*list(c)%area
+            area = system%weight(s)*share_of(list(c))
             associate (node => system%node(s))
                normal(:, node) = normal(:, node) + area*system%direction(:3, n)
                sums(:, node) = sums(:, node) + area*share
+               if (list(c)%partner > 0) paired(1, node) = paired(1, node) + area
             end associate
          end do
       end do
       call system%nodes%add_up(normal)
       call system%nodes%add_up(sums)
+      if (system%nodes%extent(4) > 1) call system%nodes%add_up(paired)
    end subroutine add_up_points
 
 end module m_subcell

@@ -5,13 +5,19 @@ module m_subcell_modulus
    use m_material, only: material_t
    implicit none
    private
-   public :: half_space_modulus, subcell_compliance
+   public :: young_modulus, half_space_modulus, subcell_compliance
 
    real(wp), parameter :: narrow_face = 0.6_wp  !< faces up to this width, in cells, have the whole term
    real(wp), parameter :: wide_face = 0.9_wp    !< those from this width on none: one point a cell says
                                                 !< nothing of what varies within it
 
 contains
+
+   !> Of a law that is pulled along x, Pa.
+   pure real(wp) function young_modulus(law)
+      class(material_t), intent(in) :: law
+      young_modulus = 0.5_wp/law%complementary_energy([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp])
+   end function young_modulus
 
    !> E/(1 - nu^2) of a half-space, by the moduli of plane waves and of shear, Pa; 0 of what bears no shear,
    !> and of what may flow: what the flowing layer yields is not known, and a compliance that goes while it is

@@ -40,6 +40,7 @@ module m_surface_elements
       integer, dimension(max_elements) :: area = 0, arm = 0, pressure = 0, friction = 0
       integer, dimension(max_elements) :: gap = 0     !< that the last step has left, and the field that it
                                                        !< is to
+      integer, dimension(max_elements) :: deflection = 0 !< below the cells: along the normal; a vector across
       integer, dimension(max_elements) :: overlap = 0 !< at the start
       integer, dimension(max_elements) :: bond = 0    !< share of its strength that is left; then how far it
                                                        !< has slipped, a vector
@@ -51,8 +52,8 @@ module m_surface_elements
       type(element_t), allocatable :: list(:)
       integer, allocatable :: block(:), particle(:), element(:) !< (own)
       real(wp), allocatable :: span(:, :, :) !< (3, 3, own): of the domain's face, m
-      real(wp), allocatable :: last(:, :) !< (6, own): of the last step pressure and friction, Pa; gap, m; to
-                                          !< which field
+      real(wp), allocatable :: last(:, :) !< (10, own): of the last step pressure and friction, Pa; gap, m; to
+                                          !< which field; deflections, m
       real(wp) :: longest = 0.0_wp !< edge of a particle, m
       real(wp), allocatable :: low(:, :), high(:, :) !< (3, fields): bounds of the faces, m
       real(wp), private :: bin = 1.0_wp              !< edge of the bins, m
@@ -92,7 +93,7 @@ contains
       self%own = 0
       self%longest = 0.0_wp
       if (.not. allocated(self%list)) allocate (self%list(64), self%block(64), self%particle(64), &
-                                                self%element(64), self%span(3, 3, 64), self%last(6, 64))
+                                                self%element(64), self%span(3, 3, 64), self%last(10, 64))
       do b = 1, size(level%blocks)
          if (.not. meets_others(level, level%blocks(b))) cycle
          associate (particles => level%blocks(b)%particles)
@@ -154,12 +155,12 @@ contains
             to_face = norm2(arm)
             along = arm/to_face
             if (deform(level)) then
-               call find_face(fitted_edges(column(p, :), layout, level%grid%cell), along, level%grid%cell, &
-                              layout%domain > 0, to_face, to_point, span)
+               call find_face(fitted_edges(column(p, :), layout, level%grid%cell), along, to_face, to_point, &
+                              span)
             else
                half = column(p, layout%half_size)
                to_point = min(to_face + flattening*half, half/maxval(abs(along)))
-               span = cube_span(half, along, level%grid%cell)
+               span = cube_span(half, along)
             end if
             it%point = x + to_point*along
          end associate
@@ -169,6 +170,10 @@ contains
          column(p, at%pressure(e)) = 0.0_wp
          self%last(5:6, self%own) = column(p, at%gap(e):at%gap(e) + 1)
          column(p, at%gap(e):at%gap(e) + 1) = 0.0_wp
+         if (at%deflection(e) > 0) then
+            self%last(7:10, self%own) = column(p, at%deflection(e):at%deflection(e) + 3)
+            column(p, at%deflection(e):at%deflection(e) + 3) = 0.0_wp
+         end if
          if (at%friction(e) == 0) return
          self%last(2:4, self%own) = column(p, at%friction(e):at%friction(e) + 2)
          column(p, at%friction(e):at%friction(e) + 2) = 0.0_wp
@@ -205,7 +210,7 @@ contains
       integer :: n
       n = size(self%list)
       if (wanted <= n) return
-      allocate (more(2*wanted), spans(3, 3, 2*wanted), lasts(6, 2*wanted))
+      allocate (more(2*wanted), spans(3, 3, 2*wanted), lasts(10, 2*wanted))
       more(:n) = self%list
       call move_alloc(more, self%list)
       n = size(self%block)

@@ -47,7 +47,6 @@ module m_effect
       procedure :: wave_factor
       procedure :: longest_step
       procedure :: null_space_damping
-      procedure :: change_step
       procedure :: turning_times
       procedure :: dissipated
       procedure :: summary
@@ -146,12 +145,6 @@ contains
       class(effect_t), intent(in) :: self
       longest_step = huge(1.0_wp)
    end function longest_step
-
-   !> Steps are implicit from here on, or explicit; called once before the first too.
-   subroutine change_step(self, implicit)
-      class(effect_t), intent(inout) :: self
-      logical, intent(in) :: implicit
-   end subroutine change_step
 
    !> Times (s) at which the effect changes its course: quasi-static steps end there.
    pure function turning_times(self) result(times)

@@ -41,8 +41,6 @@ module m_pressure
       real(wp) :: traction(3) = 0.0_wp !< on the surface, of the values; 0: a pressure
       logical :: follows = .false.     !< it turns as the normal of the face does
       integer :: side = 0 !< column: on which side of the patch's plane outside is, -1 or 1
-      logical :: whole_faces = .false. !< forces go to nodes by the mean over faces of small domains too (eq.
-                                       !< face-mean): without inertia nothing evens out what a point would do
       integer :: area = 0 !< first column of the particle's share of the patch, an outward vector, m2
       type(section_t), private :: section !< of the scene
       integer :: arm = 0  !< first column of the way from the particle's centre to the middle of its share, m
@@ -59,19 +57,11 @@ module m_pressure
       procedure :: pushed
       procedure :: particle_work
       procedure :: on_stress
-      procedure :: change_step
       procedure :: turning_times
       procedure, private :: pull
    end type pressure_t
 
 contains
-
-   !> In implicit steps forces go to nodes by means over whole faces.
-   subroutine change_step(self, implicit)
-      class(pressure_t), intent(inout) :: self
-      logical, intent(in) :: implicit
-      self%whole_faces = implicit
-   end subroutine change_step
 
    pure function turning_times(self) result(times)
       class(pressure_t), intent(in) :: self
@@ -283,8 +273,7 @@ contains
             force = now*self%pull(column(p, :))
             if (.not. any(abs(force) > 0.0_wp)) cycle
             call fit_share(fitted_edges(column(p, :), layout, grid%cell), column(p, self%arm:self%arm + 2), &
-                           force, grid%cell, turns .or. self%whole_faces, &
-                           .not. (turns .or. layout%half_sizes), middle, span)
+                           force, grid%cell, .not. (turns .or. layout%half_sizes), middle, span)
             place = (column(p, layout%position:layout%position + 2) + middle - block%origin)*grid%per_cell
             where (abs(place - nint(place)) < hair) place = nint(place)
             if (self%section%is_flat()) span(2, :) = 0.0_wp

@@ -8,6 +8,7 @@ module m_equilibrium
    use m_static_system, only: static_system_t
    use m_static_linear, only: static_linear_t, max_unsolved, max_unsettled
    use m_static_ways, only: steepest
+   use m_static_subcell, only: renew_deflections
    use m_trial_state, only: trial_status_t
    implicit none
    private
@@ -46,6 +47,8 @@ module m_equilibrium
                                                !< body
    real(wp), parameter :: enough = 0.03_wp !< and no further than to this share of the tolerance
    real(wp), parameter :: closed = 1.0e-6_wp !< cells: what gaps may be off by
+   real(wp), parameter :: max_lag = 100.0_wp !< times the tolerance, of the largest deflection below the
+                                             !< cells: what they may still change by
    real(wp), parameter :: longest = 0.5_wp   !< component of the gradient of a change in one iteration
    real(wp), parameter :: min_determinant = 0.05_wp, largest_gradient = 0.95_wp
    real(wp), parameter :: overshoot = 0.4_wp !< of the slope at the start, at the end of a Newton step
@@ -74,6 +77,7 @@ contains
             call system%evaluate(self%z, force, self%trial_status)
          end if
          do
+            call renew_deflections(system%contact, system%model)
             do n = 1, system%contact%count
                pressing(n) = system%contact%list(n)%force
                friction_force(:, n) = system%contact%list(n)%friction_force
@@ -88,10 +92,9 @@ contains
                self%outcome = merge(too_long, turned, self%too_long)
                return
             end if
-            if (residual <= tolerance*system%scale .and. gap <= closed .and. self%newton > 0) then
-               self%outcome = found
-               return
-            end if
+            if (residual <= tolerance*system%scale .and. gap <= closed .and. self%newton > 0 &
+                .and. system%contact%lag <= max_lag*tolerance) self%outcome = found
+            if (self%outcome == found) return
             if (residual < 0.9_wp*best .and. self%newton > 0) then ! at first nothing may be under stress yet
                best = residual
                best_at = self%newton
@@ -206,8 +209,8 @@ contains
          integer :: n
          do n = 1, size(pressing)
             associate (contact => self%system%contact, it => self%system%contact%list(n))
-               call contact%law(n, [0.0_wp, 0.0_wp, 0.0_wp], 0.0_wp, pressing(n), none)
-               call contact%law(n, [0.0_wp, 0.0_wp, 0.0_wp], contact%limit(n, pressing(n)), pressing(n), &
+               call it%law([0.0_wp, 0.0_wp, 0.0_wp], 0.0_wp, pressing(n), none)
+               call it%law([0.0_wp, 0.0_wp, 0.0_wp], contact%limit(n, pressing(n)), pressing(n), &
                                 friction_force(:, n))
             end associate
          end do

@@ -20,7 +20,7 @@ module m_quasi_static
    use m_static_levels, only: longest_way, spread_aside
    use m_contact_complaints, only: forbid_contact
    use m_move_regions, only: move_regions, forget_edge_stress
-   use m_static_times, only: next_stop
+   use m_stop_times, only: next_stop
    use m_static_ways, only: farthest
    use m_called_off, only: called_off_t
    implicit none
@@ -65,7 +65,8 @@ module m_quasi_static
    real(wp), parameter :: max_fraction_of_way = 0.98_wp !< of what particles of the finest level may go: tools
    real(wp), parameter :: wished_way = 0.8_wp   !< of what particles may go: what the next step aims at
    real(wp), parameter :: growth = 1.5_wp, min_growth = 0.1_wp
-   integer, parameter :: easy = 5              !< Newton iterations up to which the next step is longer
+   integer, parameter :: easy = 5              !< Newton iterations up to which the next step is longer;
+   integer, parameter :: more = 2              !< and with deflections below the cells, which follow behind
    real(wp), parameter :: smallest_share = 1.0e-3_wp !< of the step that may be taken
    integer, parameter :: loose_tries = 3       !< of a step in which contact alone holds the bodies some way
 
@@ -115,10 +116,7 @@ contains
       class(quasi_static_t), intent(in) :: self
       type(model_t), intent(inout) :: model
       logical, intent(in) :: holds
-      integer :: b, e, l
-      do e = 1, size(model%effects)
-         call model%effects(e)%effect%change_step(implicit=holds)
-      end do
+      integer :: b, l
       model%effect_step%leads = .not. holds
       model%works_ahead = self%ahead .and. .not. holds
       do l = 1, size(model%levels)
@@ -327,7 +325,10 @@ contains
       real(wp), intent(in) :: time_step !< that was taken, s
       real(wp) :: factor, wished
       factor = 1.0_wp
-      if (.not. self%failed_before .and. self%equilibrium%newton <= easy) factor = growth
+      associate (deflects => self%equilibrium%system%contact%lag > 0.0_wp)
+         if (.not. self%failed_before .and. self%equilibrium%newton <= easy + merge(more, 0, deflects)) &
+            factor = growth
+      end associate
       if (self%way > 0.0_wp) factor = min(factor, wished_way/self%way)
       wished = max(factor, min_growth)*time_step
       if (.not. self%failed_before .and. factor >= 1.0_wp) wished = max(wished, model%static_step)

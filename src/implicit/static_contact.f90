@@ -2,46 +2,23 @@
 !> displacement, and what pressing does to the nodes (theory.md, eqs static-contact, static-pairs).
 module m_static_contact
    use m_kinds, only: wp
-   use m_constants, only: block_size
    use m_node_values, only: v_x, v_z, f_x, f_z
    use m_level, only: level_t
    use m_materials, only: materials_t
-   use m_half_edges, only: fitted_edges
-   use m_stencil, only: bin_place
-   use m_face_weights, only: find_face, flattening
-   use m_face_gap, only: find_gap, find_thickness, particles_near, deform, thickest
+   use m_face_gap, only: find_gap, find_thickness, list_near
+   use m_candidates, only: candidates_t
    use m_static_tools, only: static_tools_t
    use m_static_pairs, only: static_pairs_t
    use m_scene, only: body_contact_spec_t
    use m_friction_law, only: has_friction
    use m_friction_limit, only: friction_limit
-   use m_contact_point, only: candidate_t, no_candidate, set_face
+   use m_subcell, only: beside_subcell
+   use m_subcell_modulus, only: young_modulus
+   use m_contact_point, only: candidate_t, place_of
+   use m_static_point, only: static_point_t, across
    implicit none
    private
    public :: static_contact_t, touches
-
-   !> A point: who it is and what it is at the step's beginning (`point`), and under the trial displacement.
-   type, public :: static_point_t
-      type(candidate_t) :: point
-      real(wp) :: start(3) = 0.0_wp      !< where it is at the step's beginning, between bodies, m
-      real(wp) :: outward(3) = 0.0_wp    !< which way its centre is outside the tool
-      real(wp) :: depth = 0.0_wp, natural = 0.0_wp !< of it below the centre; that of the particle's shape, m
-      real(wp) :: contact_compliance = 0.0_wp      !< gap that a unit of force closes, m/N
-      real(wp) :: gap = 0.0_wp           !< to the tool or the other body at the step's end, m
-      real(wp) :: normal(3) = 0.0_wp     !< outward from it there; of tools, where forces act over the step,
-                                         !< in the middle of the way over the tool
-      real(wp) :: centre(3) = 0.0_wp     !< where that is, of tools, m
-      real(wp) :: turning(3, 3) = 0.0_wp !< how the normal turns as the point moves, 1/m
-      real(wp) :: place(3) = 0.0_wp      !< where it is there, m
-      real(wp) :: force = 0.0_wp, force_before = 0.0_wp !< at the step's end and beginning, N
-      real(wp) :: kept(3) = 0.0_wp       !< slip by which friction gives way, from the last step, m
-      real(wp) :: slip(3) = 0.0_wp       !< that and the step's slip, at the step's end, m
-      real(wp) :: friction_force(3) = 0.0_wp        !< friction on the body, N
-      real(wp) :: holds = 0.0_wp         !< stiffness of friction in the linear problem, N/m
-      real(wp) :: slides(3) = 0.0_wp     !< where it slides there, a unit vector; else 0
-      logical :: barred = .false.        !< its tool is drawn off: it does not press
-      logical :: pressed = .false.       !< in the guess that the linear problem is solved with
-   end type static_point_t
 
    type :: static_contact_t
       type(static_point_t), allocatable :: list(:)
@@ -49,6 +26,7 @@ module m_static_contact
       type(static_tools_t) :: tools
       type(static_pairs_t) :: pairs         !< far sides of the points between bodies
       type(body_contact_spec_t), allocatable :: pair_specs(:) !< what holds between these
+      real(wp) :: lag = 0.0_wp !< last change of the deflections below the cells, of the largest
       logical :: is_frictional = .false.             !< some tool or pair has friction
       logical :: meets_first = .false. !< bodies that did not press are thought to: where they almost touch
       real(wp) :: share = 1.0_wp !< of forces here, what acts in the mean of a step: theta where there is
@@ -58,14 +36,11 @@ module m_static_contact
       procedure :: find
       procedure :: add => append
       procedure :: move
+      procedure :: deflect
       procedure :: curve
       procedure :: way
-      procedure :: law
       procedure :: limit
       procedure :: misfit
-      procedure :: resist
-      procedure :: self_stiffness
-      procedure :: set_friction
       procedure :: stiffness_of_ways
       procedure :: add_force_at
       procedure :: add_diagonal
@@ -73,109 +48,99 @@ module m_static_contact
 
    real(wp), parameter :: far = 1.0e30_wp       !< m: gap of a point that does not press
    real(wp), parameter :: touches = 1.0e-6_wp   !< cells: points so near a tool are thought to press at first
-   real(wp), parameter :: along_slip = 1.0e-3_wp  !< of the secant of friction: stiffness along a slip
    real(wp), parameter :: sharpest = 1.5_wp !< turning of the normal times the distance, of what is convex
    real(wp), parameter :: probe = 1.0e-3_wp !< cells: over which the turning of the normal is looked at
 
 contains
 
    !> The points within `reach` of the tools as they stand at the step's end; forces begin as they were.
-   subroutine find(self, level, materials, reach, compliance, columns)
+   subroutine find(self, level, materials, candidates, reach, compliance)
       class(static_contact_t), intent(inout) :: self
       type(level_t), intent(inout) :: level
       type(materials_t), intent(in) :: materials
+      type(candidates_t), intent(inout) :: candidates !< of the explicit steps, for what they keep
       real(wp), intent(in) :: reach      !< m
       real(wp), intent(in) :: compliance !< of a point: gap over cell under a pressure of Young's modulus
-      integer, intent(in) :: columns(3) !< of pressure, friction (0: none), and first of which tool pressed
+      integer, allocatable :: near(:)
       integer :: b, n, t
       self%count = 0
       if (.not. allocated(self%list)) allocate (self%list(64))
+      call candidates%know_moduli(materials)
       do b = 1, size(level%blocks)
-         if (level%blocks(b)%particles%count == 0) cycle
          do t = 1, size(self%tools%now)
-            associate (tool => self%tools%now(t), block => level%blocks(b))
-               if (tool%min_gap(block%origin + 0.5_wp*(block_size - 1)*level%grid%cell) &
-                   > 0.5_wp*block_size*sqrt(3.0_wp)*level%grid%cell + reach + thickest(level)) cycle
-               call level%blocks(b)%cells%link(level%blocks(b)%particles%count)
-               associate (near => particles_near(tool, level, level%blocks(b), thickest(level) + reach))
-                  do n = 1, size(near)
-                     call consider(self, level, materials, [b, near(n), t], reach, compliance, &
-                                   columns)
-                  end do
-               end associate
-            end associate
+            call list_near(self%tools%now(t), level, b, reach, near)
+            do n = 1, size(near)
+               call consider(self, level, materials, candidates, b, near(n), t, reach, compliance)
+            end do
          end do
       end do
    end subroutine find
 
    !> Take a particle's point if it is near enough.
-   subroutine consider(self, level, materials, number, reach, compliance, columns)
-      type(static_contact_t), intent(inout) :: self
+   subroutine consider(self, level, materials, candidates, b, p, t, reach, compliance)
+      class(static_contact_t), intent(inout) :: self
       type(level_t), intent(in) :: level
       type(materials_t), intent(in) :: materials
-      integer, intent(in) :: number(3), columns(3) !< of the block, the particle, the tool; as of find
+      type(candidates_t), intent(in) :: candidates
+      integer, intent(in) :: b, p, t  !< numbers of the block, the particle, the tool
       real(wp), intent(in) :: reach, compliance
       type(static_point_t) :: new
-      real(wp) :: gap, normal(3), edge, thickness, to_face, span(3, 3), r(3, 3), centre(3), young
-      integer :: b, k, p, t
-      b = number(1)
-      p = number(2)
-      t = number(3)
-      call find_gap(self%tools%now(t), level, materials, b, p, reach, gap, normal, edge, thickness)
-      if (.not. gap <= reach) return
-      call out_of_tool()
-      new%point = no_candidate
+      real(wp) :: edge, thickness, young
       associate (c => new%point, block => level%blocks(b), column => level%blocks(b)%particles%column, &
-                 at => level%layout)
-         c%block = b
-         c%particle = p
-         c%tool = t
-         c%normal = normal
-         centre = column(p, at%position:at%position + 2)
-         if (deform(level)) then
-            r = fitted_edges(column(p, :), at, level%grid%cell)
-            call find_face(r, normal, level%grid%cell, .true., norm2(matmul(normal, r)), to_face, span)
-            c%area = column(p, at%volume)/thickness
-         else
-            r = 0.5_wp*edge*reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
-            call find_face(r, normal, level%grid%cell, .true., 0.5_wp*edge*min(1.0_wp, thickness/edge &
-                                                                              + flattening), to_face, span)
-            c%area = edge*merge(at%section%depth(centre(1)), edge, at%section%is_flat())
-         end if
-         call set_face(c, level%grid, block%place, bin_place(int(block%cells%bin(p))), at%domain > 0, &
-                       (centre - to_face*normal - block%origin)*level%grid%per_cell, span*level%grid%per_cell)
-         c%from = centre
-         k = materials%of_body(block%particles%body(p))
-         young = 0.5_wp/materials%slots(k)%law%complementary_energy( &
-                 [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp])
-         new%contact_compliance = self%share*compliance*level%grid%cell/(young*c%area)
-         new%barred = self%tools%away(t)
-         if (.not. new%barred) new%force = column(p, columns(1))*c%area/self%share
-         if (abs(column(p, columns(3) + t - 1)) > 0.0_wp) new%force_before = new%force
+                 pressure => candidates%pressure, friction => candidates%traction)
+         call find_gap(self%tools%now(t), level, materials, b, p, reach, c%gap, c%normal, edge, thickness)
+         if (.not. c%gap <= reach) return
+         call out_of_tool(c%gap, c%normal)
+         call candidates%make_point(level, materials, [b, p, t], edge, thickness, c)
          new%natural = self%tools%now(t)%spec%penetration_factor*thickness
-         new%depth = self%tools%depth_of(t, centre, new%natural, merge(-new%contact_compliance &
-            *new%force_before, column(p, columns(3) + t - 1), new%force_before > 0.0_wp))
-         new%pressed = (new%force > 0.0_wp .or. gap <= touches*level%grid%cell) .and. .not. new%barred
+         young = young_modulus(materials%slots(materials%of_body(block%particles%body(p)))%law)
+         new%contact_compliance = self%share*compliance*level%grid%cell/(young*c%area)
+         new%subcell_compliance = self%share*c%subcell/c%area
+         if (c%subcell > 0.0_wp) &
+            new%contact_compliance = beside_subcell*new%contact_compliance + new%subcell_compliance
+         new%barred = self%tools%away(t)
+         if (.not. new%barred) new%force = column(p, pressure)*c%area/self%share
+         call begin_where_left()
+         new%pressed = (new%force > 0.0_wp .or. c%gap <= touches*level%grid%cell) .and. .not. new%barred
          c%has_friction = has_friction(self%tools%now(t)%spec%friction)
          if (c%has_friction) then
-            new%friction_force = column(p, columns(2):columns(2) + 2)*c%area/self%share
-            new%kept = -new%contact_compliance*new%friction_force
+            new%friction_force = column(p, friction:friction + 2)*c%area/self%share
+            new%kept = -(new%contact_compliance - new%subcell_compliance)*new%friction_force
+            new%friction_before = new%friction_force
+            if (candidates%dragged > 0) &
+               new%kept = new%kept - column(p, candidates%dragged:candidates%dragged + 2)
          end if
       end associate
       call append(self, new)
    contains
       !> Of a centre that the tool has come over in the step, the gap and the face as they are from outside.
-      subroutine out_of_tool()
+      subroutine out_of_tool(gap, normal)
+         real(wp), intent(inout) :: gap, normal(3)
+         real(wp) :: centre(3)
          associate (factor => self%tools%now(t)%spec%penetration_factor, at => level%layout%position)
-            centre = level%blocks(b)%particles%column(p, at:at + 2)
             new%outward = normal
             if (.not. gap + factor*thickness < 0.0_wp) return
+            centre = level%blocks(b)%particles%column(p, at:at + 2)
             new%outward = self%tools%outward_at(t, centre)
             call self%tools%gap_and_normal(t, centre, new%outward, gap, normal)
             call find_thickness(level, materials, b, p, normal, edge, thickness)
             gap = gap - factor*thickness
          end associate
       end subroutine out_of_tool
+
+      !> Force and gap as the last step has left them: the nodes alone have the gap without what the point
+      !> gives way by.
+      subroutine begin_where_left()
+         real(wp) :: left
+         associate (column => level%blocks(b)%particles%column)
+            left = column(p, candidates%carried + t - 1)
+            if (abs(left) > 0.0_wp) new%force_before = new%force
+            if (new%force_before > 0.0_wp) &
+               left = -(new%contact_compliance - new%subcell_compliance)*new%force_before
+            if (candidates%deflected > 0) left = left - column(p, candidates%deflected + t - 1)
+            new%depth = self%tools%depth_of(t, new%point%from, new%natural, left)
+         end associate
+      end subroutine begin_where_left
    end subroutine consider
 
    !> One point more.
@@ -224,16 +189,15 @@ contains
       do n = 1, self%count
          associate (it => self%list(n), t => self%list(n)%point%tool)
             u = self%way(n, motion)
+            it%place = place_of(it%point) + u
             if (t == 0) then ! the surface of the other body as it was at the step's beginning
-               it%place = it%start + u
                it%normal = it%point%normal
-               it%gap = it%point%gap + dot_product(it%normal, u)
-               it%slip = across(it%normal, it%kept + u)
+               it%gap = it%point%gap + dot_product(it%normal, u + it%beside)
+               it%slip = across(it%normal, it%kept + u + it%beside)
                cycle
             end if
             call self%tools%gap_and_normal(t, it%point%from + u, it%outward, it%gap, it%normal)
-            it%gap = it%gap - it%depth
-            it%place = it%point%from + u - it%depth*it%normal
+            it%gap = it%gap - it%depth + dot_product(it%normal, it%beside)
             it%centre = it%point%from + u
             if (self%over_step) then ! what the force does is what the gap changes by (eq. middle-normal)
                it%centre = it%centre - 0.5_wp*(u - self%tools%material_way(t, it%place))
@@ -241,41 +205,29 @@ contains
             end if
             if (it%barred) it%gap = far
             if (.not. it%point%has_friction) cycle
-            it%slip = across(it%normal, it%kept + u - self%tools%material_way(t, it%place))
+            it%slip = across(it%normal, it%kept + u + it%beside - self%tools%material_way(t, it%place))
          end associate
       end do
    end subroutine move
 
-   !> The part of a vector across a normal.
-   pure function across(normal, vector) result(part)
-      real(wp), intent(in) :: normal(3), vector(3)
-      real(wp) :: part(3)
-      part = vector - dot_product(normal, vector)*normal
-   end function across
-
-   !> What a point exerts on its body when it has moved by `ahead` over the tool beyond where it is: a normal
-   !> force that does not pull, and friction that is not beyond its bound (theory.md, eqs static-contact,
-   !> static-friction).
-   pure subroutine law(self, n, ahead, bound, pressing, friction_force)
-      class(static_contact_t), intent(in) :: self
-      integer, intent(in) :: n
-      real(wp), intent(in) :: ahead(3) !< m
-      real(wp), intent(in) :: bound    !< of friction, N
-      real(wp), intent(out) :: pressing, friction_force(3) !< N
-      real(wp) :: length
-      associate (it => self%list(n))
-         pressing = max(0.0_wp, -(it%gap + dot_product(it%normal, ahead))/it%contact_compliance)
-         friction_force = 0.0_wp
-         if (.not. (bound > 0.0_wp .and. it%point%has_friction)) return
-         friction_force = it%slip + across(it%normal, ahead)
-         length = norm2(friction_force)
-         if (length <= bound*it%contact_compliance) then
-            friction_force = -friction_force/it%contact_compliance
-         else
-            friction_force = -friction_force*bound/length
-         end if
-      end associate
-   end subroutine law
+   !> Gaps and slips with the deflections below the cells that have been found for the points' forces.
+   pure subroutine deflect(self)
+      class(static_contact_t), intent(inout) :: self
+      real(wp) :: change(3)
+      integer :: n
+      self%lag = 0.0_wp
+      do n = 1, self%count
+         associate (it => self%list(n))
+            change = it%deflection - it%beside &
+                     - it%subcell_compliance*(it%force*it%normal + it%friction_force)
+            it%beside = it%beside + change
+            self%lag = max(self%lag, norm2(change))
+            if (it%barred) cycle
+            it%gap = it%gap + dot_product(it%normal, change)
+            it%slip = it%slip + across(it%normal, change)
+         end associate
+      end do
+   end subroutine deflect
 
    !> Largest friction of a point that presses with so much, N.
    pure real(wp) function limit(self, n, pressing)
@@ -298,7 +250,7 @@ contains
             misfit = max(0.0_wp, -it%gap)
          end if
          if (.not. it%point%has_friction) return
-         call self%law(n, [0.0_wp, 0.0_wp, 0.0_wp], self%limit(n, it%force), pressing, friction_force)
+         call it%law([0.0_wp, 0.0_wp, 0.0_wp], self%limit(n, it%force), pressing, friction_force)
          misfit = max(misfit, it%contact_compliance*norm2(friction_force - it%friction_force))
       end associate
    end function misfit
@@ -316,34 +268,22 @@ contains
             it%turning = self%tools%turning_at(it%point%tool, it%centre, it%outward, probe*cell)
             if (self%over_step) it%turning = 0.5_wp*it%turning
             most = 1.0_wp/cell
-            if (it%depth > 0.0_wp .and. it%gap > -0.5_wp*it%depth) &
-               most = max(most, sharpest/(it%gap + it%depth))
+            if (it%depth > 0.0_wp .and. it%node_gap() > -0.5_wp*it%depth) &
+               most = max(most, sharpest/(it%node_gap() + it%depth))
             if (norm2(it%turning) > most) it%turning = 0.0_wp ! at an edge that it has come over
          end associate
       end do
    end subroutine curve
 
    !> Add a force on point n to the forces of its block's tile; outside symmetry planes it is folded later.
-   !> What it exerts on another body waits for `give`.
+   !> What it exerts on another body waits for `pairs%give`.
    pure subroutine add_force_at(self, n, force, tiles)
       class(static_contact_t), intent(inout) :: self
       integer, intent(in) :: n
       real(wp), intent(in) :: force(3) !< as the tool sees it, N
       real(wp), intent(inout), contiguous :: tiles(:, 0:, 0:, 0:, :)
-      real(wp) :: own(3)
-      integer :: i, j, k
       associate (c => self%list(n)%point)
-         own = c%reflection*force
-         do k = 0, c%face%last
-            do j = 0, c%face%last
-               do i = 0, c%face%last
-                  associate (at => tiles(f_x:f_z, c%face%corner(1) + 1 + i, c%face%corner(2) + 1 + j, &
-                                         c%face%corner(3) + 1 + k, c%block))
-                     at = at + c%face%weight(i, j, k)*own
-                  end associate
-               end do
-            end do
-         end do
+         call scatter(c, c%face%weight, c%reflection*force, tiles(f_x:f_z, :, :, :, c%block))
          if (c%partner > 0) call self%pairs%push(c%partner, -force, 1)
       end associate
    end subroutine add_force_at
@@ -353,39 +293,33 @@ contains
       class(static_contact_t), intent(inout) :: self
       real(wp), intent(inout), contiguous :: tiles(:, 0:, 0:, 0:, :)
       integer, intent(in) :: power !< 1: what resists even motion
-      integer :: i, j, k, n
+      integer :: n
       do n = 1, self%count
          if (.not. self%list(n)%pressed) cycle
-         associate (c => self%list(n)%point, stiffness => self%self_stiffness(n))
-            do k = 0, c%face%last
-               do j = 0, c%face%last
-                  do i = 0, c%face%last
-                     associate (at => tiles(f_x:f_z, c%face%corner(1) + 1 + i, c%face%corner(2) + 1 + j, &
-                                            c%face%corner(3) + 1 + k, c%block))
-                        at = at + c%face%weight(i, j, k)**power*stiffness
-                     end associate
-                  end do
-               end do
-            end do
+         associate (c => self%list(n)%point, stiffness => self%list(n)%self_stiffness())
+            call scatter(c, c%face%weight**power, stiffness, tiles(f_x:f_z, :, :, :, c%block))
             if (c%partner > 0) call self%pairs%push(c%partner, stiffness, power)
          end associate
       end do
    end subroutine add_diagonal
 
-   !> Stiffness of a point in the linear problem, as it acts on a way over the tool, N: of pressed ones, along
-   !> the normal, and across it where friction may grow; where it slides, that of the chord, less along the
-   !> slip, so that the energy goes down whatever slides.
-   pure function resist(self, n, way) result(force)
-      class(static_contact_t), intent(in) :: self
-      integer, intent(in) :: n
-      real(wp), intent(in) :: way(3) !< m
-      real(wp) :: force(3)
-      associate (it => self%list(n))
-         force = dot_product(it%normal, way)/it%contact_compliance*it%normal
-         if (it%holds > 0.0_wp) force = force + it%holds*(across(it%normal, way) &
-            - (1.0_wp - along_slip)*dot_product(it%slides, way)*it%slides)
-      end associate
-   end function resist
+   !> Add a value by weights to the nodes of a point in the tile of its block.
+   pure subroutine scatter(c, weight, value, tile)
+      type(candidate_t), intent(in) :: c
+      real(wp), intent(in) :: weight(0:, 0:, 0:), value(3)
+      real(wp), intent(inout) :: tile(:, 0:, 0:, 0:)
+      integer :: i, j, k
+      do k = 0, c%face%last
+         do j = 0, c%face%last
+            do i = 0, c%face%last
+               associate (at => tile(:, c%face%corner(1) + 1 + i, c%face%corner(2) + 1 + j, &
+                                     c%face%corner(3) + 1 + k))
+                  at = at + weight(i, j, k)*value
+               end associate
+            end do
+         end do
+      end do
+   end subroutine scatter
 
    !> Stiffness of pressed points against ways of what loads push, and what it would be if they held every
    !> way, N/m.
@@ -401,42 +335,11 @@ contains
             associate (it => self%list(n), freedom => self%tools%freedom(k))
                if (it%point%tool /= self%tools%tool(k) .or. .not. it%pressed) cycle
                one = self%tools%now(it%point%tool)%freedoms(freedom)%velocity_at(it%place)/self%tools%reach(k)
-               sums(k) = sums(k) + dot_product(one, self%resist(n, one))
+               sums(k) = sums(k) + dot_product(one, it%resist(one))
                most(k) = most(k) + dot_product(one, one)/it%contact_compliance
             end associate
          end do
       end do
    end subroutine stiffness_of_ways
-
-   !> Components of the stiffness of a point on themselves, N/m.
-   pure function self_stiffness(self, n) result(stiffness)
-      class(static_contact_t), intent(in) :: self
-      integer, intent(in) :: n
-      real(wp) :: stiffness(3)
-      associate (it => self%list(n))
-         stiffness = it%normal**2/it%contact_compliance + it%holds*(1.0_wp - it%normal**2 &
-                                                          - (1.0_wp - along_slip)*it%slides**2)
-      end associate
-   end function self_stiffness
-
-   !> Friction of the linear problem about where points are by `ahead`: whether they hold, or how they slide.
-   pure subroutine set_friction(self, n, ahead, bound)
-      class(static_contact_t), intent(inout) :: self
-      integer, intent(in) :: n
-      real(wp), intent(in) :: ahead(3) !< m
-      real(wp), intent(in) :: bound    !< N
-      real(wp) :: length, slip(3)
-      associate (it => self%list(n))
-         it%holds = 0.0_wp
-         it%slides = 0.0_wp
-         if (.not. (it%pressed .and. it%point%has_friction)) return
-         slip = it%slip + across(it%normal, ahead)
-         length = norm2(slip)
-         it%holds = 1.0_wp/it%contact_compliance
-         if (length <= bound*it%contact_compliance) return
-         it%holds = bound/length
-         it%slides = slip/length
-      end associate
-   end subroutine set_friction
 
 end module m_static_contact

@@ -230,7 +230,7 @@ contains
             do a = 1, 3
                axis = 0.0_wp
                axis(a) = 1.0_wp
-               own(:, a) = c%reflection*system%contact%resist(n, c%reflection*axis)
+               own(:, a) = c%reflection*system%contact%list(n)%resist(c%reflection*axis)
             end do
             allocate (all_weights(0), rows(0))
             do k = 0, c%face%last

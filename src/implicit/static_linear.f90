@@ -39,6 +39,7 @@ module m_static_linear
    integer, parameter :: patience = 5         !< with conjugate gradients: times the mean of the problems that
                                               !< they have solved,
    integer, parameter :: min_patience = 300 !< and at least
+   real(wp), parameter :: unheld = 1.0e6_wp !< cells: nothing that holds a body gives way so far
    real(wp), parameter :: unknown = sqrt(huge(1.0_wp)) !< N: times a length it is a number still
 
 contains
@@ -135,8 +136,8 @@ contains
       real(wp) :: pressing(size(bound)), friction_force(3, size(bound)), right(size(force))
       integer :: n
       do n = 1, size(bound)
-         call system%contact%law(n, [0.0_wp, 0.0_wp, 0.0_wp], merge(0.0_wp, bound(n), bound(n) >= unknown), &
-                                 pressing(n), friction_force(:, n))
+         call system%contact%list(n)%law([0.0_wp, 0.0_wp, 0.0_wp], merge(0.0_wp, bound(n), &
+            bound(n) >= unknown), pressing(n), friction_force(:, n))
       end do
       call system%contact_forces(pressing, friction_force, right)
       right = right + force
@@ -155,11 +156,11 @@ contains
       integer :: n
       do n = 1, size(bound)
          associate (it => system%contact%list(n))
-            call system%contact%set_friction(n, ahead(:, n), bound(n))
+            call it%set_friction(ahead(:, n), bound(n))
             pressing(n) = 0.0_wp
             friction_force(:, n) = 0.0_wp
             if (.not. it%pressed) cycle
-            call system%contact%law(n, ahead(:, n), bound(n), pressing(n), friction_force(:, n))
+            call it%law(ahead(:, n), bound(n), pressing(n), friction_force(:, n))
             pressing(n) = -(it%gap + dot_product(it%normal, ahead(:, n)))/it%contact_compliance
          end associate
       end do
@@ -210,7 +211,7 @@ contains
       integer :: n
       do n = 1, system%contact%count
          associate (it => system%contact%list(n))
-            call system%contact%law(n, ahead(:, n), 0.0_wp, pressing, friction_force)
+            call it%law(ahead(:, n), 0.0_wp, pressing, friction_force)
             it%pressed = pressing > 0.0_wp
             if (bound(n) >= unknown .or. share >= 1.0_wp) then
                bound(n) = system%contact%limit(n, pressing)
@@ -225,10 +226,13 @@ contains
    subroutine take_forces(system, ahead, bound)
       type(static_system_t), intent(inout) :: system
       real(wp), intent(in) :: ahead(:, :), bound(:)
+      real(wp) :: pressing, friction_force(3)
       integer :: n
       do n = 1, system%contact%count
          associate (it => system%contact%list(n))
-            call system%contact%law(n, ahead(:, n), bound(n), it%force, it%friction_force)
+            call it%law(ahead(:, n), bound(n), pressing, friction_force)
+            it%force = pressing
+            it%friction_force = friction_force
          end associate
       end do
    end subroutine take_forces
@@ -264,6 +268,7 @@ contains
       if (.not. self%gmres_leads) then
          call try_conjugate_gradients(patient)
          cg_may_solve = products >= patient .and. patient < max_products
+         if (.not. (solved .or. self%stopped)) solved = falls(system, direction)
       end if
       if (self%stopped) return
       if (.not. solved) then
@@ -279,11 +284,13 @@ contains
       if (.not. solved) self%unsolved = self%unsolved + 1
    contains
       !> Conjugate gradients that meet what nothing holds find a way that goes by the preconditioner, too.
-      !> That by the diagonal counts: it is that of the loads.
+      !> That by the diagonal counts: it is that of the loads. So it is while no point presses: bodies fall
+      !> until they meet what holds them.
       subroutine try_conjugate_gradients(most)
          integer, intent(in) :: most
          call try(.true., most)
-         if (solved .or. .not. self%grids%wanted .or. products >= most .or. system%asked > 0) return
+         if (solved .or. .not. self%grids%wanted .or. system%asked > 0) return
+         if (products >= most .and. any_presses(system)) return
          self%grids%diagonal_alone = .true.
          call try(.true., most)
          self%grids%diagonal_alone = .false.
@@ -306,6 +313,29 @@ contains
          self%cg_iterations = self%cg_iterations + products
       end subroutine try
    end subroutine solve_linear
+
+   !> Collective: whether what conjugate gradients have come to without a solution is a motion that nothing
+   !> holds, along which the loads push: bodies fall until they meet a tool or each other. It becomes one of a
+   !> cell.
+   logical function falls(system, direction)
+      type(static_system_t), intent(in) :: system
+      real(wp), intent(inout) :: direction(:)
+      real(wp) :: way, cell
+      falls = .false.
+      if (system%inertia%acts .or. any_presses(system)) return
+      cell = system%model%levels(size(system%levels))%grid%cell
+      way = system%model%communicator%maximum(maxval([0.0_wp, abs(direction)]))
+      falls = way > unheld*cell
+      if (falls) direction = cell/way*direction
+   end function falls
+
+   !> Collective: true when a point presses.
+   logical function any_presses(system)
+      type(static_system_t), intent(in) :: system
+      associate (points => system%contact%list(:system%contact%count))
+         any_presses = system%model%communicator%maximum(merge(1.0_wp, 0.0_wp, any(points%pressed))) > 0.5_wp
+      end associate
+   end function any_presses
 
    !> Collective: how far to go along a direction, at most all of it: to where the energy of the linear
    !> problem, with bounds of friction as they are, is least.
@@ -336,7 +366,7 @@ contains
          slope = 0.0_wp
          do n = 1, size(bound)
             associate (it => system%contact%list(n))
-               call system%contact%law(n, ahead(:, n) + s*along(:, n), bound(n), pressing, friction_force)
+               call it%law(ahead(:, n) + s*along(:, n), bound(n), pressing, friction_force)
                slope = slope - dot_product(along(:, n), pressing*it%normal + friction_force)
             end associate
          end do

@@ -7,7 +7,8 @@ module m_static_loads
    use m_vectors, only: cross
    use m_model, only: model_t
    use m_boundary, only: motion_parity
-   use m_static_contact, only: static_contact_t, static_point_t
+   use m_static_contact, only: static_contact_t
+   use m_static_point, only: static_point_t
    use m_static_levels, only: collect
    use m_static_system, only: static_system_t
    use m_static_meetings, only: find_meeting_points, accumulate_meetings
@@ -48,12 +49,12 @@ contains
          end do
       end do
       associate (finest => model%levels(size(model%levels)))
-         call contact%find(finest, model%materials, reach*finest%grid%cell, compliance, &
-                           [model%contact%candidates%pressure, model%contact%candidates%traction, &
-                            model%contact%candidates%carried])
+         call contact%find(finest, model%materials, model%contact%candidates, reach*finest%grid%cell, &
+                           compliance)
          if (model%contact%pairs%active()) &
             call find_meeting_points(contact, model%communicator, finest, model%materials, &
-                                     model%contact%pairs, model%time + time_step, compliance, again)
+                                     model%contact%candidates, model%contact%pairs, model%time + time_step, &
+                                     compliance, again)
       end associate
    end subroutine find_contact
 
@@ -121,7 +122,6 @@ contains
       model%contact%states%overlap = 0.0_wp
       call gather(contact, model, over_step, reactions, apart, taken)
       model%static_losses%impact = model%static_losses%impact + model%communicator%sum_real(taken)
-      model%contact%candidates%deepest = 0.0_wp
       call add_up(model%communicator, reactions, model%contact%states%overlap, &
                   model%contact%candidates%deepest)
       do t = 1, size(reactions)
@@ -130,6 +130,8 @@ contains
             moment = state%moment
             tool = contact%tools%now(t)
             constraint = state%constraint_work
+            ! heat is that of the surface, not of the nodes
+            reactions(t)%heat = reactions(t)%heat + (reactions(t)%stored_shear - state%stored_shear)
             call state%accumulate(reactions(t), tool, [0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp], &
                                   time_step)
             state%constraint_work = constraint
@@ -166,6 +168,7 @@ contains
       integer :: n
       apart = 0.0_wp
       taken = 0.0_wp
+      model%contact%candidates%deepest = 0.0_wp
       do n = 1, contact%count
          if (contact%list(n)%point%tool == 0) cycle
          associate (it => contact%list(n), sums => reactions(contact%list(n)%point%tool), &
@@ -173,10 +176,13 @@ contains
             sums%candidates = sums%candidates + 1.0_wp
             if (it%barred) cycle
             call accumulate_point(contact, n, model%levels(size(model%levels))%nodes, over_step, sums, &
-                            apart(it%point%tool), taken)
-            state%overlap = max(state%overlap, -it%gap)
+                                  apart(it%point%tool), taken)
+            state%overlap = max(state%overlap, -it%gap - it%subcell_compliance*it%force)
             if (.not. it%force > 0.0_wp) cycle
             force = contact%share*(it%force*it%normal + it%friction_force)
+            associate (deepest => model%contact%candidates%deepest(it%point%tool))
+               deepest = max(deepest, it%point%subcell*contact%share*it%force/it%point%area)
+            end associate
             sums%load = sums%load - force
             sums%moment = sums%moment - cross(it%place - contact%tools%now(it%point%tool)%point, force)
          end associate
@@ -195,10 +201,11 @@ contains
    end function is_carried
 
    !> Pressures of the points into the columns of their particles; and gaps: those that are pressed touch,
-   !> whatever they yield, and no 0 says so.
+   !> whatever they yield, besides what the surface is deflected by below the cells, and no 0 says so.
    subroutine keep_pressures(contact, model)
       type(static_contact_t), intent(in) :: contact
       type(model_t), intent(inout) :: model
+      real(wp) :: way !< m
       integer :: b, n, tools
       tools = size(contact%tools%now)
       associate (level => model%levels(size(model%levels)), at => model%contact%candidates)
@@ -220,14 +227,18 @@ contains
             associate (it => contact%list(n), block => level%blocks(contact%list(n)%point%block))
                if (it%point%tool == 0) cycle
                if (.not. it%force > 0.0_wp) then
-                  if (is_carried(it)) block%particles%column(it%point%particle, at%carried &
-                                                             + it%point%tool - 1) = max(it%gap, tiny(1.0_wp))
+                  if (is_carried(it)) &
+                     block%particles%column(it%point%particle, at%carried + it%point%tool - 1) = it%node_gap()
                   cycle
                end if
                block%pressed = .true.
                associate (column => block%particles%column, p => it%point%particle)
                   column(p, at%pressure) = column(p, at%pressure) + contact%share*it%force/it%point%area
-                  column(p, at%carried + it%point%tool - 1) = tiny(1.0_wp)
+                  way = dot_product(it%point%normal, it%deflection)
+                  column(p, at%carried + it%point%tool - 1) = merge(-way, tiny(1.0_wp), abs(way) > 0.0_wp)
+                  if (at%deflected > 0) column(p, at%deflected + it%point%tool - 1) = way
+                  if (at%dragged > 0) column(p, at%dragged:at%dragged + 2) = it%deflection &
+                     - way*it%point%normal
                   if (it%point%has_friction) column(p, at%traction:at%traction + 2) &
                      = column(p, at%traction:at%traction + 2) + contact%share*it%friction_force/it%point%area
                end associate
@@ -248,7 +259,7 @@ contains
       type(reaction_t), intent(inout) :: sums  !< of the tool
       real(wp), intent(inout) :: apart         !< work less that of the mean of the loads at both ends, J
       real(wp), intent(inout) :: taken         !< J
-      real(wp) :: across, before(3), force(3), heat, rubs, slip(3)
+      real(wp) :: across, before(3), force(3), heat, own, rubs, slip(3)
       associate (it => contact%list(n), share => contact%share)
          if (.not. max(it%force, it%force_before) > 0.0_wp) return
          call begin_of(contact, n, before, across)
@@ -267,18 +278,21 @@ contains
                               + 0.5_wp*share*dot_product(before + force, contact%way(n, motion))
          if (.not. it%force > 0.0_wp) return
          rubs = norm2(it%friction_force)
-         sums%stored = sums%stored + 0.5_wp*share*it%contact_compliance*(it%force**2 + rubs**2)
+         own = it%contact_compliance - it%subcell_compliance
+         sums%stored = sums%stored + 0.5_wp*share*(own*(it%force**2 + rubs**2) &
+                                                   + it%force*dot_product(it%normal, it%deflection))
+         sums%stored_shear = sums%stored_shear + 0.5_wp*share*dot_product(it%friction_force, it%deflection)
          if (.not. rubs > 0.0_wp) return
          slip = it%slip + it%contact_compliance*it%friction_force
          heat = -dot_product(it%friction_force, slip)
          if (.not. over_step) apart = apart + share*(heat + 0.5_wp*dot_product(it%friction_force &
-                                                     - it%kept/it%contact_compliance, slip))
+                                                                               + it%friction_before, slip))
          sums%heat = sums%heat + share*heat
       end associate
    end subroutine accumulate_point
 
-   !> Force of a point on its body at the step's beginning (N), and the gap (m) that it then has to close,
-   !> 0 where it presses.
+   !> Force of a point on its body at the step's beginning (N), and the gap (m) that it then has to close
+   !> where the others have deflected its surface; 0 where it presses.
    subroutine begin_of(contact, n, force, across)
       type(static_contact_t), intent(in) :: contact
       integer, intent(in) :: n
@@ -296,9 +310,9 @@ contains
          end if
          if (it%force_before > 0.0_wp) then
             force = it%force_before*normal
-            if (it%point%has_friction) force = force - it%kept/it%contact_compliance
+            if (it%point%has_friction) force = force + it%friction_before
          else
-            across = max(0.0_wp, gap)
+            across = max(0.0_wp, gap + dot_product(normal, it%beside))
          end if
       end associate
    end subroutine begin_of

@@ -8,10 +8,13 @@ module m_static_meetings
    use m_materials, only: materials_t
    use m_contact_point, only: candidate_t, partner_t, width_of, margin
    use m_candidates, only: candidates_t
+   use m_subcell, only: beside_subcell
+   use m_subcell_modulus, only: subcell_compliance, young_modulus
    use m_partner_point, only: place_partner
    use m_pair_reactions, only: pair_of
    use m_body_pairs, only: body_pairs_t
-   use m_static_contact, only: static_contact_t, static_point_t, touches
+   use m_static_contact, only: static_contact_t, touches
+   use m_static_point, only: static_point_t
    implicit none
    private
    public :: find_meeting_points, accumulate_meetings
@@ -20,11 +23,13 @@ contains
 
    !> Collective among near ranks: add the points at which bodies meet. `again`: the step is tried once more,
    !> shorter, from the same state.
-   subroutine find_meeting_points(contact, communicator, level, materials, bodies, time, compliance, again)
+   subroutine find_meeting_points(contact, communicator, level, materials, candidates, bodies, time, &
+                                  compliance, again)
       type(static_contact_t), intent(inout) :: contact
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level !< with the masses of the nodes
       type(materials_t), intent(in) :: materials
+      type(candidates_t), intent(in) :: candidates !< of explicit steps, for what they know of materials
       type(body_pairs_t), intent(inout) :: bodies
       real(wp), intent(in) :: time       !< of the step's end, s
       real(wp), intent(in) :: compliance !< of a point: gap over cell under a pressure of Young's modulus
@@ -46,23 +51,26 @@ contains
       do m = 1, bodies%met
          associate (meeting => bodies%meetings(m), it => new%point)
             new = static_point_t()
-            call bodies%place_candidate(level, meeting, it)
+            call bodies%place_candidate(candidates, level, materials, meeting, it)
             call bodies%hold_candidate(level, meeting, it, contact%pairs%partners(m), held)
             if (.not. held) cycle
             it%partner = m
-            associate (pair => pair_of(level%blocks(it%block)%field, meeting%field))
-               bodies%overlap(pair) = max(bodies%overlap(pair), -it%gap)
-            end associate
-            new%start = it%from + it%arm
+            bodies%overlap(it%pair) = max(bodies%overlap(it%pair), -it%gap - it%deflection)
             ! both sides of a contact have points, and each bears half
             new%contact_compliance = 2.0_wp*contact%share*compliance*level%grid%cell &
                            /(softer_of(it, meeting%field)*it%area)
+            if (it%subcell > 0.0_wp) then ! of both bodies, each point by half of its area
+               new%subcell_compliance = 2.0_wp*contact%share*(it%subcell + softest(meeting%field))/it%area
+               new%contact_compliance = beside_subcell*new%contact_compliance + new%subcell_compliance
+            end if
             new%force = it%force/contact%share
             new%force_before = new%force
             new%pressed = new%force > 0.0_wp .or. it%gap <= touches*level%grid%cell
             if (it%has_friction) then
                new%friction_force = it%last_tangential_force/contact%share
-               new%kept = -new%contact_compliance*new%friction_force
+               new%friction_before = new%friction_force
+               new%kept = -(new%contact_compliance - new%subcell_compliance)*new%friction_force &
+                          - it%shear_deflection
             end if
             call contact%add(new)
          end associate
@@ -80,10 +88,20 @@ contains
          end do
       end function softer_of
 
+      !> The largest compliance below a cell of the bodies that a point meets, m/Pa.
+      real(wp) function softest(field)
+         integer, intent(in) :: field
+         integer :: body
+         softest = 0.0_wp
+         do body = 1, size(materials%of_body)
+            if (level%field_of_body(body) == field) softest = max(softest, candidates%subcell &
+               *subcell_compliance(level%grid%cell, candidates%modulus(materials%of_body(body)), 0.0_wp))
+         end do
+      end function softest
+
       real(wp) function modulus_of(body)
          integer, intent(in) :: body
-         modulus_of = 0.5_wp/materials%slots(materials%of_body(body))%law%complementary_energy( &
-                      [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp])
+         modulus_of = young_modulus(materials%slots(materials%of_body(body))%law)
       end function modulus_of
    end subroutine find_meeting_points
 
@@ -131,7 +149,9 @@ contains
       real(wp), intent(in) :: time_step !< s
       integer, intent(in) :: pressure   !< column of the contact pressure
       type(candidates_t) :: accumulated
+      real(wp) :: stored(size(bodies%states))
       integer :: n
+      stored = bodies%states%stored
       accumulated%partners = contact%pairs%partners
       allocate (accumulated%list(contact%pairs%count))
       do n = 1, contact%count
@@ -142,7 +162,12 @@ contains
                        partner => accumulated%partners(it%point%partner))
                c = it%point
                c%force = contact%share*it%force
-               c%opening = (it%gap - it%point%gap)/time_step
+               ! of the surface, whose gap stays shut; that of the nodes does not while it is deflected
+               c%opening = (it%node_gap() + dot_product(it%normal, it%deflection) - it%point%gap &
+                            - it%point%deflection)/time_step
+               c%gap = it%point%gap + it%point%deflection - dot_product(it%normal, it%deflection)
+               c%deflection = dot_product(it%normal, it%deflection)
+               c%shear_deflection = it%deflection - c%deflection*it%normal
                if (.not. c%has_friction) cycle
                c%limit = contact%share*contact%limit(n, it%force)
                c%frictional = 1
@@ -155,6 +180,7 @@ contains
       bodies%first = 1
       call bodies%keep(level, materials, accumulated, time_step, pressure)
       call bodies%add_up(communicator)
+      bodies%states%work = bodies%states%work - (bodies%states%stored - stored)
    end subroutine accumulate_meetings
 
 end module m_static_meetings

@@ -351,7 +351,7 @@ contains
                if (it%force > 0.0_wp) &
                   f = -it%force*matmul(it%turning, u - tools%slides_at(it%point%tool, ways))
                if (self%presses .and. it%pressed) &
-                  g = self%contact%resist(n, u - tools%way_at(it%point%tool, it%place, ways))
+                  g = it%resist(u - tools%way_at(it%point%tool, it%place, ways))
                call tools%push(it%point%tool, it%place, -f, sums, slides_only=.true.)
                call tools%push(it%point%tool, it%place, -g, sums)
                f = f + g

@@ -251,7 +251,7 @@ contains
                                      model%materials, model%contact%candidates%carried + n - 1)
             call self%histories(1 + n)%append([model%time, tool%depth(), state%load, area, state%overlap, &
                                                tool%point, tool%orientation, tool%velocity, tool%spin, &
-                                               state%moment], error)
+                                               state%moment, model%contact%candidates%deepest(n)], error)
          end associate
       end do
       do n = 1, self%probes
@@ -265,7 +265,7 @@ contains
          associate (pair => model%contact%pairs%states(n))
             call self%histories(1 + self%tools + self%probes + n)%append( &
                [model%time, pair%force, pair%moment, pair%area, model%contact%pairs%overlap(n), pair%heat, &
-                pair%parting], error)
+                pair%parting, model%contact%pairs%deflection(n)], error)
          end associate
       end do
       if (self%atoms > 0) call self%histories(self%atoms)%append([model%time, model%atoms%row()], error)
@@ -396,7 +396,8 @@ contains
                         'position_x [m]', 'position_y [m]', 'position_z [m]', 'rotation_w [1]', &
                         'rotation_x [1]', 'rotation_y [1]', 'rotation_z [1]', 'velocity_x [m/s]', &
                         'velocity_y [m/s]', 'velocity_z [m/s]', 'spin_x [rad/s]', 'spin_y [rad/s]', &
-                        'spin_z [rad/s]', 'moment_x [N m]', 'moment_y [N m]', 'moment_z [N m]']
+                        'spin_z [rad/s]', 'moment_x [N m]', 'moment_y [N m]', 'moment_z [N m]', &
+                        'max_deflection [m]']
       header%notes = [character(len=history_text_length) :: 'model_share='//to_text(model_share(scene, n))]
    end function tool_header
 
@@ -429,7 +430,7 @@ contains
       header%columns = [character(len=history_text_length) :: 'time [s]', 'force_x [N]', 'force_y [N]', &
                         'force_z [N]', 'moment_x [N m]', 'moment_y [N m]', 'moment_z [N m]', &
                         'contact_area [m2]', 'max_gap_violation [m]', 'friction_heat [J]', &
-                        'adhesion_work [J]']
+                        'adhesion_work [J]', 'max_deflection [m]']
    end function pair_header
 
    function probe_header(title, name, motion) result(header)

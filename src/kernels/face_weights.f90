@@ -1,6 +1,5 @@
-!> Weights on the nodes of what acts on a face of a particle's domain: those of the grid's hat functions at
-!> the middle of the face, and where domains are large their mean about it (theory.md, eqs contact-nodes,
-!> face-mean).
+!> Weights on the nodes of what acts on a face of a particle's domain: the mean of the grid's hat functions
+!> over the face (theory.md, eqs contact-nodes, face-mean).
 module m_face_weights
    use m_kinds, only: wp
    use m_vectors, only: cross
@@ -9,9 +8,8 @@ module m_face_weights
    private
    public :: face_weights_t, find_face, fit_share, cube_span, weigh_point, weigh_face, weigh, mix, flattening
 
-   real(wp), parameter :: small_domain = 0.3_wp !< half edges up to here, in cells: the middle of the face
-                                                !< stands for it
-   real(wp), parameter :: large_domain = 0.4_wp !< from here on the mean is taken over the whole face
+   real(wp), parameter :: small_domain = 0.3_wp !< half edges of small cubes, in cells
+   real(wp), parameter :: hair = 1.0e-9_wp      !< cells: a face that passes a plane of nodes by less does not
    real(wp), parameter :: flattening = 0.15_wp !< up to which forces act at the face of a cube that is pressed
                                                !< (eq. contact-face)
 
@@ -25,32 +23,29 @@ module m_face_weights
 contains
 
    !> The face of a domain that is met from its centre against a normal: how far away it is, and the halves of
-   !> what it spans, which are 0 where its middle stands for it. Neither goes beyond the domain. With a normal
-   !> along an edge the span is the whole face across it, and none along it.
-   pure subroutine find_face(half_edge, normal, cell, turns, farthest, distance, span)
+   !> what it spans. Neither goes beyond the domain. With a normal along an edge the span is the whole face
+   !> across it, and none along it.
+   pure subroutine find_face(half_edge, normal, farthest, distance, span)
       real(wp), intent(in) :: half_edge(3, 3) !< columns; as the weights see them, m
       real(wp), intent(in) :: normal(3)       !< unit vector
-      real(wp), intent(in) :: cell            !< m
-      logical, intent(in) :: turns            !< the domain's edges do: its weights are those of its corners
       real(wp), intent(in) :: farthest        !< what the distance is at most, m
       real(wp), intent(out) :: distance       !< m
       real(wp), intent(out) :: span(3, 3)     !< columns, along the half edges, m
       real(wp) :: along(3)
       along = abs(coordinates(half_edge, normal))
       distance = min(farthest, 1.0_wp/maxval(along))
-      call span_around(half_edge, distance*along, cell, turns, span)
+      span = span_around(half_edge, distance*along)
    end subroutine find_face
 
    !> Where the force on a domain's share of a patch acts: its middle, given by an arm that follows the
    !> material, is drawn back into the domain where it has left it, so that no node gets a force without the
    !> mass of the same domain (theory.md, eq. pressure). A cube does not get shorter when the material is
    !> pressed: the force stays at its face, with large ones up to a limit.
-   pure subroutine fit_share(half_edge, arm, outward, cell, turns, cube, middle, span)
+   pure subroutine fit_share(half_edge, arm, outward, cell, cube, middle, span)
       real(wp), intent(in) :: half_edge(3, 3) !< columns; as the weights see them, m
       real(wp), intent(in) :: arm(3)          !< from the domain's centre to the middle of the share, m
       real(wp), intent(in) :: outward(3)      !< across the face, of any length
       real(wp), intent(in) :: cell            !< m
-      logical, intent(in) :: turns            !< the domain's edges do
       logical, intent(in) :: cube             !< the domain does not get shorter as the material does
       real(wp), intent(out) :: middle(3)      !< from the centre, not beyond the domain, m
       real(wp), intent(out) :: span(3, 3)     !< as of find_face
@@ -66,24 +61,19 @@ contains
          along(k) = to_face
       end if
       middle = middle/max(1.0_wp, maxval(abs(along)))
-      call span_around(half_edge, abs(along)/max(1.0_wp, maxval(abs(along))), cell, turns, span)
+      span = span_around(half_edge, abs(along)/max(1.0_wp, maxval(abs(along))))
    end subroutine fit_share
 
-   !> What of a domain lies about a point, as far as it counts: all of it where the weights are those of the
-   !> domain's corners, which give mass to the nodes behind a corner as soon as that passes a node plane (eq.
-   !> face-mean).
-   pure subroutine span_around(half_edge, along, cell, turns, span)
-      real(wp), intent(in) :: half_edge(3, 3), along(3), cell
-      logical, intent(in) :: turns
-      real(wp), intent(out) :: span(3, 3)
-      real(wp) :: share
+   !> What of a domain lies about a point: the domain gives mass and stress to the nodes behind a plane of
+   !> nodes as soon as it passes that, and so must the traction on its face (eq. face-mean).
+   pure function span_around(half_edge, along) result(span)
+      real(wp), intent(in) :: half_edge(3, 3), along(3)
+      real(wp) :: span(3, 3)
       integer :: k
       do k = 1, 3
-         share = max(0.0_wp, 1.0_wp - along(k))
-         if (.not. turns) share = share*spread_share(norm2(half_edge(:, k))/cell)
-         span(:, k) = share*half_edge(:, k)
+         span(:, k) = max(0.0_wp, 1.0_wp - along(k))*half_edge(:, k)
       end do
-   end subroutine span_around
+   end function span_around
 
    !> Coordinates of a vector along the half edges of a domain: +-1 on its faces.
    pure function coordinates(half_edge, vector) result(along)
@@ -98,31 +88,28 @@ contains
    end function coordinates
 
    !> The span for a cube along the axes, whose face is half its edge away or nearer.
-   pure function cube_span(half_size, normal, cell) result(span)
-      real(wp), intent(in) :: half_size, normal(3), cell
+   pure function cube_span(half_size, normal) result(span)
+      real(wp), intent(in) :: half_size, normal(3)
       real(wp) :: span(3, 3)
       integer :: k
       span = 0.0_wp
-      if (half_size <= small_domain*cell) return
       do k = 1, 3
-         span(k, k) = spread_share(half_size/cell)*max(0.0_wp, 1.0_wp - abs(normal(k)))*half_size
+         span(k, k) = max(0.0_wp, 1.0_wp - abs(normal(k)))*half_size
       end do
    end function cube_span
 
-   !> How much of a face the mean is taken over, by half the domain's edge (cells).
-   pure real(wp) function spread_share(half_size)
-      real(wp), intent(in) :: half_size
-      spread_share = min(max((half_size - small_domain)/(large_domain - small_domain), 0.0_wp), 1.0_wp)
-   end function spread_share
-
-   !> Weights of a face with a span, or of its middle where it has none.
+   !> Weights of a face with a span; of its middle where that has the same, for the face lies in one cell.
    pure subroutine weigh(weights, node, place, span, turns)
       type(face_weights_t), intent(inout) :: weights
       integer, intent(in) :: node(3)     !< in the middle of the particle's bin, in the block, from 0
       real(wp), intent(in) :: place(3)   !< of the middle of the face, in cells from the block's first node
       real(wp), intent(in) :: span(3, 3) !< columns, in cells
       logical, intent(in) :: turns       !< the domain's edges do
-      if (any(abs(span) > 0.0_wp)) then
+      logical :: in_cell
+      in_cell = .not. any(abs(span) > 0.0_wp)
+      if (.not. (turns .or. in_cell)) &
+         in_cell = all(abs(place - node) >= [span(1, 1), span(2, 2), span(3, 3)] - hair)
+      if (.not. in_cell) then
          call weigh_face(weights, node, place, span, turns)
       else
          call weigh_point(weights, node, place)

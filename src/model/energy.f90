@@ -80,6 +80,9 @@ contains
       associate (states => model%contact%states)
          if (size(states) > 0) total(3) = total(3) + sum(states%stored + states%stored_shear)
       end associate
+      associate (pairs => model%contact%pairs%states)
+         if (size(pairs) > 0) total(3) = total(3) + sum(pairs%stored + pairs%stored_shear)
+      end associate
       sums = sums_t(total(1), total(2), total(3), total(4), total(5:7), total(8:10), total(11), total(12))
    end function measure
 

@@ -16,7 +16,7 @@ module m_contact_area
    use m_surface_points, only: surface_point_t, squares_t, sorted_in_squares, find_neighbours
    use m_contact_edge, only: find_edges, ahead
    use m_contact_cover, only: mirror_t, beside, beyond_mirror, covers, between, area_of_section
-   use m_face_gap, only: find_gap, near_tool, particles_near, thickest
+   use m_face_gap, only: find_gap, list_near
    implicit none
    private
    public :: projected_area, area_of, mirror_t, patch_t, patch_under, patch_of
@@ -129,10 +129,7 @@ contains
       associate (reach => farthest*level%grid%cell, x => level%layout%position)
          do b = 1, size(level%blocks)
             associate (block => level%blocks(b), column => level%blocks(b)%particles%column)
-               if (block%particles%count == 0) cycle
-               if (.not. near_tool(tool, level, block)) cycle
-               call block%cells%link(block%particles%count)
-               near = particles_near(tool, level, block, thickest(level) + reach)
+               call list_near(tool, level, b, reach, near)
                if (allocated(found)) deallocate (found)
                allocate (found(size(near)))
                count = 0

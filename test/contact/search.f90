@@ -22,7 +22,7 @@ program search
    use m_level, only: level_t
    use m_constants, only: block_size
    use m_half_edges, only: fitted_edges
-   use m_face_weights, only: find_face
+   use m_face_weights, only: find_face, cube_span
    use m_candidates, only: candidates_t
    use m_made_level, only: make_level
    use m_assertions, only: assertions_t
@@ -31,6 +31,7 @@ program search
    integer, parameter :: cells = 24, particles = 8000, cubes = 1, stretching = 2, turning = 3
    real(wp), parameter :: cell = 0.5_wp, time_step = 1.0e-3_wp, young = 1.0e6_wp
    real(wp), parameter :: margin = 0.05_wp, flattening = 0.15_wp ! as in theory.md
+   real(wp), parameter :: tiny_half = 1.0e-9_wp ! cells: of the half of a face, rounding
    type(communicator_t) :: comm
    type(assertions_t) :: test
    type(chance_t) :: chance
@@ -276,12 +277,13 @@ contains
             edge = values(at%volume)**(1.0_wp/3.0_wp)
             associate (r => fitted_edges(values, at, cell))
                thickness = level%thickness(values, normal)
-               call find_face(r, normal, cell, at%domain > 0, norm2(matmul(normal, r)), to_face, span)
+               call find_face(r, normal, norm2(matmul(normal, r)), to_face, span)
             end associate
          else
             edge = 2.0_wp*values(at%half_size)
             thickness = edge*materials%slots(1)%law%stretch(values, at, normal)
             to_face = 0.5_wp*edge*min(1.0_wp, thickness/edge + flattening)
+            span = cube_span(0.5_wp*edge, normal)
          end if
          gap = gap - tool%spec%penetration_factor*thickness
          place = (values(at%position:at%position + 2) - to_face*normal)/cell
@@ -296,12 +298,37 @@ contains
                end do
             end do
          end do
-      else
-         velocity = velocity_at(nodes, place)
+      else ! over a box along the axes
+         velocity = mean_velocity(nodes, place, [(abs(span(k, k))/cell, k=1, 3)])
       end if
       approach = time_step*dot_product(normal, velocity - tool%velocity)
       is_one = max(0.0_wp, gap) + approach <= margin*edge
    end subroutine ask
+
+   !> Mean velocity of the grid over a box (cells): in each cell that it meets that of the middle.
+   pure function mean_velocity(nodes, place, half) result(velocity)
+      real(wp), intent(in) :: nodes(3, -1:cells + 1, -1:cells + 1, -1:cells + 1), place(3), half(3)
+      real(wp) :: velocity(3), ends(0:2, 3), share(2, 3), middle(2, 3)
+      integer :: i, j, k
+      ends(0, :) = place - half
+      ends(2, :) = place + half
+      ends(1, :) = min(ends(2, :), max(ends(0, :), real(nint(place), wp)))
+      do k = 1, 3
+         middle(:, k) = 0.5_wp*(ends(:1, k) + ends(1:, k))
+         share(:, k) = [1.0_wp, 0.0_wp]
+         if (half(k) > tiny_half) share(:, k) = 0.5_wp*(ends(1:, k) - ends(:1, k))/half(k)
+         if (.not. half(k) > tiny_half) middle(:, k) = place(k)
+      end do
+      velocity = 0.0_wp
+      do k = 1, 2
+         do j = 1, 2
+            do i = 1, 2
+               velocity = velocity + share(i, 1)*share(j, 2)*share(k, 3) &
+                          *velocity_at(nodes, [middle(i, 1), middle(j, 2), middle(k, 3)])
+            end do
+         end do
+      end do
+   end function mean_velocity
 
    !> Velocity of the grid at a place in cells.
    pure function velocity_at(nodes, place) result(velocity)

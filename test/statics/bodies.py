@@ -37,7 +37,7 @@ def pressed_blocks(numbers=(1, 2)):
     for ranks in numbers:
         name = f"stack_{ranks}"
         newton = newton_by_step(run(stack(name), ranks))
-        require(f"{name}: Newton iterations a step: {newton}", max(newton) <= 4)
+        require(f"{name}: Newton iterations a step: {newton}", max(newton) <= 7)
         loads[ranks] = pair(name)["force_z"][1:]
         plate = History(Path(f"{name}/tool_plate.dat"))["load_z"][1:]
         check(f"{name}: force on the lower block against the plate's load", loads[ranks] / -plate - 1, 1e-5)
@@ -74,7 +74,8 @@ def sliding():
     )
     history, push = pair(name), History(Path(f"{name}/tool_push.dat"))
     slid = history["time"] > 0.45
-    check("pushed: weight on the lower block, off 1", history["force_z"][slid] / -weight - 1, 1e-5)
+    borne = history["force_z"] + push["load_z"]  # the rim of the tool's face bears some of it
+    check("pushed: weight on the lower block and the tool, off 1", borne[slid] / -weight - 1, 1e-5)
     check(
         "pushed: friction over friction times weight, off 1",
         history["force_x"][slid] / (0.3 * weight) - 1,
@@ -89,7 +90,9 @@ def sliding():
         name = f"slope_{ranks}"
         run(
             scene.format(
-                name=name, more="&gravity acceleration=0.02,0,-0.1 /\n&quasi_static step=0.25, ramp=1 /\n"
+                name=name,
+                more="&gravity acceleration=0.02,0,-0.1 /\n"
+                "&quasi_static step=0.25, ramp=1, tolerance=1e-7 /\n",
             ),
             ranks,
         )
@@ -105,9 +108,10 @@ def hertz():
     """A cylinder on a plate under its own weight, as the explicit scheme brings it to rest."""
     from hertz import cylinder
 
-    share, width, off = cylinder("hertz", half=1.5, radius=12.0, steps=4, static=True, tolerance=1e-7)
+    share, width, off, rough = cylinder("hertz", half=1.5, radius=12.0, steps=4, static=True, tolerance=1e-7)
     check("hertz: load over the weight, off 1", share - 1, 1e-5)
-    check("hertz: half-width over Hertz's, off 1", width - 1, 0.2)  # three particles
+    check("hertz: half-width over Hertz's, off 1", width - 1, 0.1)  # three particles
+    check("hertz: single pressures about Hertz's, of their mean", rough, 0.15)
     check("hertz: stress of layers 2 to 4 off Hertz's, in p0", np.array(off[1:]), 0.05)
 
 

@@ -185,6 +185,7 @@ def refuses():
     )
     for words, mode, more in (
         ("tools have no mass", "mode='newmark'", pushed),
+        ("allowed: 0 with mode='newmark'", "mode='newmark'", "&contact subcell=0.2 /\n"),
         ("is for mode='newmark'", "theta=0.7", ""),
         ("follow their own", "mode='newmark', ramp=1", ""),
     ):

@@ -261,7 +261,7 @@ contains
             call keep_worst(off(1), maxval(abs(fitted_edges(values, layout, frame%cell) - r))*frame%per_cell)
             normal = chance%several(3, -1.0_wp, 1.0_wp)
             normal = normal/norm2(normal)
-            call find_face(r, normal, frame%cell, .true., norm2(matmul(normal, r)), distance, span)
+            call find_face(r, normal, norm2(matmul(normal, r)), distance, span)
             ! 1 is a face
             along = [(distance*dot_product(normal, domains%inverse(m, 3*k - 2:3*k))*frame%per_cell, k=1, 3)]
             call keep_worst(off(2), max(0.0_wp, maxval(abs(along)) - 1.0_wp))
@@ -281,7 +281,7 @@ contains
          normal = 0.0_wp
          normal(k) = -1.0_wp
          r = fitted_edges(values, layout, frame%cell)
-         call find_face(r, normal, frame%cell, .true., norm2(matmul(normal, r)), distance, span)
+         call find_face(r, normal, norm2(matmul(normal, r)), distance, span)
          call test%check_close(distance, values(layout%domain + 4*(k - 1)), 1.0e-14_wp*frame%cell, &
                                'faces: a box along its edges')
       end do

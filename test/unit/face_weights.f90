@@ -4,7 +4,8 @@ program face_weights
    use m_kinds, only: wp
    use m_communicator, only: communicator_t
    use m_stencil, only: gimp_weights
-   use m_face_weights, only: face_weights_t, find_face, fit_share, cube_span, weigh_point, weigh_face, mix
+   use m_face_weights, only: face_weights_t, find_face, fit_share, cube_span, weigh, weigh_point, &
+                             weigh_face, mix
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t, keep_worst, say
    use m_plain_weight, only: plain_weight
@@ -30,8 +31,8 @@ program face_weights
          r(k, k) = chance%between(0.1_wp, 0.5_wp)*cell
       end do
       place = chance%several(3, -0.5_wp, 0.5_wp)*cell
-      call find_face(r, normal, cell, .false., chance%between(0.1_wp, 0.6_wp)*cell, distance, span)
-      call check_span(turns=.false.)
+      call find_face(r, normal, chance%between(0.1_wp, 0.6_wp)*cell, distance, span)
+      call check_span()
       place = (place - distance*normal)/cell
       call weigh_face(weights, node, node + place, span/cell, turns=.false.)
       call plain_sums(off_box, of_box)
@@ -46,8 +47,8 @@ program face_weights
       end do
       r = r*chance%between(0.3_wp, 0.5_wp)*cell/maxval(sum(abs(r), dim=2))
       place = chance%several(3, -0.5_wp, 0.5_wp)*cell
-      call find_face(r, normal, cell, .true., norm2(matmul(normal, r)), distance, span)
-      call check_span(turns=.true.)
+      call find_face(r, normal, norm2(matmul(normal, r)), distance, span)
+      call check_span()
       place = (place - distance*normal)/cell
       call weigh_face(weights, node, node + place, span/cell, turns=.true.)
       call plain_sums(off_corners, of_corners)
@@ -66,7 +67,6 @@ program face_weights
    call test%check_close(off_span, 0.0_wp, 1.0e-12_wp*cell, 'and each spans what it should')
    call test%check(outside <= 1.0e-14_wp, 'no node has weight that the domain gives no mass')
    call sides()
-   call sizes()
    call patch_shares()
    call test%finish()
 
@@ -93,17 +93,13 @@ contains
       call keep_worst(off_mix, abs(sum(both%weight(:both%last, :both%last, :both%last)) - 1.0_wp))
    end subroutine mix_in
 
-   !> The span by Cramer's rule: along each edge what is left of the way to the domain's end, as far as the
-   !> domain is large or its edges turn; its corners.
-   subroutine check_span(turns)
-      logical, intent(in) :: turns
-      real(wp) :: along(3), share, corner(3)
+   !> The span by Cramer's rule: along each edge what is left of the way to the domain's end; its corners.
+   subroutine check_span()
+      real(wp) :: along(3), corner(3)
       integer :: c, k
       along = in_domain(-distance*normal)
       do k = 1, 3
-         share = min(1.0_wp, max(0.0_wp, (norm2(r(:, k))/cell - 0.3_wp)/0.1_wp))
-         if (turns) share = 1.0_wp
-         call keep_worst(off_span, maxval(abs(span(:, k) - share*(1.0_wp - abs(along(k)))*r(:, k))))
+         call keep_worst(off_span, maxval(abs(span(:, k) - (1.0_wp - abs(along(k)))*r(:, k))))
       end do
       do c = 0, 7
          corner = -distance*normal &
@@ -126,7 +122,7 @@ contains
          r = r*chance%between(0.1_wp, 0.3_wp)*cell
          arm = matmul(r, chance%several(3, -1.5_wp, 1.5_wp))
          reach = maxval(abs(in_domain(arm)))
-         call fit_share(r, arm, arm, cell, .true., .false., middle, span)
+         call fit_share(r, arm, arm, cell, .false., middle, span)
          if (reach <= 1.0_wp) then
             call keep_worst(off_kept, norm2(middle - arm)/cell)
          else
@@ -135,7 +131,7 @@ contains
          end if
          distance = 1.0_wp
          normal = -middle
-         call check_span(turns=.true.)
+         call check_span()
       end do
       call test%check_close([off_kept, off_face], [0.0_wp, 0.0_wp], 1.0e-12_wp, 'arms end in their domain')
       call test%check(beyond <= 1.0e-12_wp, 'and what lies about their ends too')
@@ -259,16 +255,16 @@ contains
    end function mass_less
 
    !> A side of a cube of a cell's size: across the normal the weights are those of its volume, along it those
-   !> of the side. A small cube's side is its middle.
+   !> of the side. A side in one cell has the weights of its middle.
    subroutine sides()
       real(wp) :: volume(-1:1), slopes(2), side(-1:1), across(-1:1)
       do axis = 1, 3
          normal = 0.0_wp
          normal(axis) = -1.0_wp
          place = [0.3_wp, -0.2_wp, 0.45_wp]
-         call find_face(0.5_wp*cell*reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3]), normal, cell, .false., &
-                        cell, distance, span)
-         call test%check_close(pack(span, .true.), pack(cube_span(0.5_wp*cell, normal, cell), .true.), &
+         call find_face(0.5_wp*cell*reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3]), normal, cell, distance, &
+                        span)
+         call test%check_close(pack(span, .true.), pack(cube_span(0.5_wp*cell, normal), .true.), &
                                1.0e-15_wp, 'a cube is a box')
          call test%check_close(distance, 0.5_wp*cell, 1.0e-15_wp, 'whose side is half an edge away')
          call weigh_face(weights, node, node + place - 0.5_wp*normal, span/cell, turns=.false.)
@@ -280,8 +276,7 @@ contains
             if (k == axis) across = max(0.0_wp, 1.0_wp - abs(place(k) + 0.5_wp - [-1, 0, 1]))
             call test%check_close(side, across, 1.0e-14_wp, 'a side of a cube')
          end do
-         call test%check(all(abs(cube_span(0.25_wp*cell, normal, cell)) <= 0.0_wp), &
-                         'the side of a small cube is its middle')
+         call in_one_cell()
          call beside_nodes()
       end do
    end subroutine sides
@@ -298,7 +293,7 @@ contains
          normal = 0.0_wp
          normal(axis) = 1.0_wp
          call weigh_face(weights, node, node + place - 0.5_wp*normal, &
-                         cube_span(0.5_wp*cell, normal, cell)/cell, turns=.false.)
+                         cube_span(0.5_wp*cell, normal)/cell, turns=.false.)
          call gimp_weights(place(axis), 0.5_wp, mass(-1), mass(0), mass(1), slopes(1), slopes(2))
          weight = sum(weights%weight(merge(0, 1, axis == 1):merge(0, 1, axis == 1), &
                                      merge(0, 1, axis == 2):merge(0, 1, axis == 2), &
@@ -307,18 +302,30 @@ contains
       end do
    end subroutine beside_nodes
 
-   !> From small domains to large ones the span grows without a jump.
-   subroutine sizes()
-      real(wp) :: before
-      normal = [0.0_wp, 0.6_wp, 0.8_wp]
-      before = 0.0_wp
-      do n = 0, 1000
-         half = (0.25_wp + 0.25e-3_wp*n)*cell
-         span = cube_span(half, normal, cell)
-         call test%check(span(1, 1) - before >= 0.0_wp .and. span(1, 1) - before < 0.002_wp*cell, 'no jump')
-         before = span(1, 1)
+   !> Eight nodes where a small cube's side lies in one cell, with the weights of the mean; more where it does
+   !> not.
+   subroutine in_one_cell()
+      real(wp) :: reach
+      integer :: i, j, k
+      span = cube_span(0.25_wp*cell, normal)/cell
+      do n = 1, 20
+         place = chance%several(3, -0.45_wp, 0.45_wp)
+         reach = maxval([(span(k, k) - abs(place(k)), k=1, 3)])
+         call weigh(second, node, node + place, span, turns=.false.)
+         call weigh_face(weights, node, node + place, span, turns=.false.)
+         call test%check(second%last == merge(1, 2, reach <= 0.0_wp), 'as few nodes as the side meets')
+         do k = 0, second%last
+            do j = 0, second%last
+               do i = 0, second%last
+                  associate (at => second%corner + [i, j, k] - weights%corner)
+                     weights%weight(at(1), at(2), at(3)) = weights%weight(at(1), at(2), at(3)) &
+                                                           - second%weight(i, j, k)
+                  end associate
+               end do
+            end do
+         end do
+         call test%check_close(maxval(abs(weights%weight)), 0.0_wp, 1.0e-14_wp, 'the mean is the middle''s')
       end do
-      call test%check_close(before, 0.5_wp*cell, 1.0e-15_wp, 'up to the whole')
-   end subroutine sizes
+   end subroutine in_one_cell
 
 end program face_weights

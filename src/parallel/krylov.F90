@@ -4,7 +4,7 @@
 !> preconditioner.
 module m_krylov
 #include <petsc/finclude/petscksp.h>
-#include "../parallel/petsc_versions.h"
+#include "petsc_versions.h"
 #undef MPI_Comm
    use petscksp
    use m_kinds, only: wp

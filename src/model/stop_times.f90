@@ -1,6 +1,6 @@
 !> Times that quasi-static steps have to meet: where tools or pressures change their way, where something is
 !> to be written, and the end.
-module m_static_times
+module m_stop_times
    use m_kinds, only: wp
    use m_scene, only: scene_t
    use m_effect, only: effect_t
@@ -48,4 +48,4 @@ contains
       end subroutine take
    end function next_stop
 
-end module m_static_times
+end module m_stop_times
