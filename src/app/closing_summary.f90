@@ -346,9 +346,6 @@ contains
          text = text//', of which '//si(model%static_losses%uncertainty, 'J')// &
                 ' may come of the length of the steps'//hardest_worked(model)//'; '//remedy(scene)// &
                 ', a smaller step'
-      else if (model%static_losses%unpaid > quiet(model, balance)) then
-         text = text//', '//si(model%static_losses%unpaid, 'J')//' by flow in long steps, whose mean '// &
-                'forces give less than it takes; try a smaller step'
       else if (balance%excess() > 0.0_wp) then
          text = text//'; '//remedy(scene)//', a smaller safety'
          if (scene%time%stress_update == update_usf) text = text//', stress_update=''usl'''

@@ -7,7 +7,7 @@ module m_closed_tangent
    use m_stress_slopes, only: add_deformation, component
    implicit none
    private
-   public :: closed_tangent
+   public :: closed_tangent, pull_back
 
 contains
 
@@ -32,6 +32,35 @@ contains
       if (.not. known) return
       call pull_back_slopes(count, column(:, layout%volume), gradient, force, slope, tangent)
    end subroutine closed_tangent
+
+   !> force = - V sigma cof(I + A).
+   pure subroutine pull_back(n, a, volume, s, force, determinant)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: a(n, 9), volume(n), s(n, 6)
+      real(wp), intent(out) :: force(n, 9), determinant(*)
+      real(wp) :: f11, f21, f31, f12, f22, f32, f13, f23, f33, c11, c21, c31, c12, c22, c32, c13, c23, c33
+      integer :: p
+      !$omp simd private(f11, f21, f31, f12, f22, f32, f13, f23, f33, c11, c21, c31, c12, c22, c32, c13, &
+      !$omp& c23, c33)
+      do p = 1, n
+         f11 = 1.0_wp + a(p, 1); f21 = a(p, 2); f31 = a(p, 3)
+         f12 = a(p, 4); f22 = 1.0_wp + a(p, 5); f32 = a(p, 6)
+         f13 = a(p, 7); f23 = a(p, 8); f33 = 1.0_wp + a(p, 9)
+         c11 = f22*f33 - f23*f32; c12 = f23*f31 - f21*f33; c13 = f21*f32 - f22*f31
+         c21 = f13*f32 - f12*f33; c22 = f11*f33 - f13*f31; c23 = f12*f31 - f11*f32
+         c31 = f12*f23 - f13*f22; c32 = f13*f21 - f11*f23; c33 = f11*f22 - f12*f21
+         determinant(p) = f11*c11 + f12*c12 + f13*c13
+         force(p, 1) = -volume(p)*(s(p, 1)*c11 + s(p, 6)*c21 + s(p, 5)*c31)
+         force(p, 2) = -volume(p)*(s(p, 6)*c11 + s(p, 2)*c21 + s(p, 4)*c31)
+         force(p, 3) = -volume(p)*(s(p, 5)*c11 + s(p, 4)*c21 + s(p, 3)*c31)
+         force(p, 4) = -volume(p)*(s(p, 1)*c12 + s(p, 6)*c22 + s(p, 5)*c32)
+         force(p, 5) = -volume(p)*(s(p, 6)*c12 + s(p, 2)*c22 + s(p, 4)*c32)
+         force(p, 6) = -volume(p)*(s(p, 5)*c12 + s(p, 4)*c22 + s(p, 3)*c32)
+         force(p, 7) = -volume(p)*(s(p, 1)*c13 + s(p, 6)*c23 + s(p, 5)*c33)
+         force(p, 8) = -volume(p)*(s(p, 6)*c13 + s(p, 2)*c23 + s(p, 4)*c33)
+         force(p, 9) = -volume(p)*(s(p, 5)*c13 + s(p, 4)*c23 + s(p, 3)*c33)
+      end do
+   end subroutine pull_back
 
    !> With l = dA F^-1: d(sigma cof F) = (d sigma + sigma tr l - sigma l^T) cof F.
    pure subroutine pull_back_slopes(n, volume, gradient, force, slope, tangent)

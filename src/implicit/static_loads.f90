@@ -320,7 +320,7 @@ contains
    !> Collective: accumulate what a step with these displacements takes by the ghost penalty and by theta, and
    !> by how much the balance of energy may be off: the work of effects' loads is that of the mean of both
    !> ends, as if they grew along the way. What loads do beyond it where material flows is known by its
-   !> stress; with inertia it is missing in the motion. The last trial was of these displacements.
+   !> stress; with inertia it is no loss by theta. The last trial was of these displacements.
    subroutine accumulate_losses(system, z)
       type(static_system_t), intent(inout) :: system
       real(wp), intent(in) :: z(:) !< m
@@ -336,14 +336,10 @@ contains
       call collect(system%levels, system%model, motion_parity, held)
       ghost = system%dot(held, z)
       associate (model => system%model, losses => system%model%static_losses)
-         if (system%inertia%acts) then
-            losses%unpaid = losses%unpaid + flow
-         else
-            losses%in_flow = losses%in_flow + flow
-         end if
          if (.not. system%inertia%acts) then ! the last step's forces of the penalty are let go
             released = system%dot(system%load_before, z) + model%communicator%sum_real( &
                        work_of_contact(system) - work_of_stress(system, 1.0_wp, 0.0_wp))
+            losses%in_flow = losses%in_flow + flow
             released = sign(min(abs(released), sqrt(max(0.0_wp, ghost*losses%held))), released)
             losses%ghost_penalty = losses%ghost_penalty + 0.5_wp*(ghost + released)
             losses%held = ghost
@@ -357,8 +353,8 @@ contains
          if (.not. abs(theta - 0.5_wp) > 0.0_wp) return
          associate (jump => system%time_step*system%inertia%mean_acceleration(z, system%time_step))
             held = system%inertia%stiffness*(theta*system%time_step)**2*jump
-            losses%theta = losses%theta + (theta - 0.5_wp)*(system%dot(held, jump) &
-                           + model%communicator%sum_real(work_of_stress(system, -1.0_wp, 1.0_wp)))
+            losses%theta = losses%theta + max(0.0_wp, (theta - 0.5_wp)*(system%dot(held, jump) &
+                           + model%communicator%sum_real(work_of_stress(system, -1.0_wp, 1.0_wp))) - flow)
          end associate
       end associate
    end subroutine accumulate_losses

@@ -89,6 +89,9 @@ contains
       self%product_row = model%timers%row_of('static products')
       self%residual_row = model%timers%row_of('static forces')
       call fit_levels(self%levels, model, self%parts, largest)
+      do l = 1, size(self%levels)
+         self%levels(l)%trial%mean = self%inertia%acts .and. .not. abs(self%inertia%share - 0.5_wp) > 0.0_wp
+      end do
       if (allocated(self%work)) then
          if (size(self%work, 1) < largest) deallocate (self%work)
       end if

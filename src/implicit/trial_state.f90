@@ -9,7 +9,7 @@ module m_trial_state
    use m_particle_store, only: particle_store_t
    use m_level, only: level_t
    use m_materials, only: materials_t
-   use m_closed_tangent, only: closed_tangent
+   use m_closed_tangent, only: closed_tangent, pull_back
    implicit none
    private
    public :: trial_block_t, trial_status_t, relaxation, part_of_gradient, sum_of_squares, squares_of_section
@@ -22,6 +22,8 @@ module m_trial_state
    type :: trial_block_t
       logical :: flat = .false. !< of a section: nothing moves along y or changes along it, but for the hoop
       integer :: parts = 1 !< in which the laws take a step: material that creeps goes backward in time
+      logical :: mean = .false. !< the force of what may flow is the mean over the step's way, twice, less
+                                !< that of the beginning (eq. mean-force)
       real(wp), allocatable :: gradient(:, :) !< (:, 9): A = du/dX, component ij at 3 (j-1) + i; that of a
                                               !< product's displacements, from its first product on
       real(wp), allocatable :: force(:, :)    !< (:, 9): minus volume times the first Piola-Kirchhoff stress
@@ -96,9 +98,9 @@ contains
          do while (first <= run)
             last = min(first + lanes - 1, run)
             n = last - first + 1
-            call stress_of(self%parts, particles, materials, layout, time_step, first, n, &
-                           self%gradient(first:last, :), self%force(first:last, :), determinant, &
-                           trial_status%too_long)
+            call force_of(self, particles, materials, layout, time_step, first, n, &
+                          self%gradient(first:last, :), self%force(first:last, :), determinant, &
+                          trial_status%too_long)
             trial_status%largest = max(trial_status%largest, maxval(abs(self%gradient(first:last, :))))
             if (.not. all(abs(self%force(first:last, :)) <= huge(1.0_wp))) trial_status%finite = .false.
             if (.not. minval(determinant(:n)) >= trial_status%smallest) then
@@ -120,34 +122,115 @@ contains
       type(materials_t), intent(in) :: materials
       type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: time_step !< s
-      integer, parameter :: at(9) = [1, 6, 5, 6, 2, 4, 5, 4, 3]
-      real(wp) :: force(lanes, 9), determinant(lanes), share
-      integer :: c, first, k, last, n
-      logical :: too_long
-      too_long = .false. ! of no account here
+      real(wp) :: mean(lanes, 9), before(lanes, 9)
+      integer :: first, last, n
       work = 0.0_wp
       first = 1
       do while (first <= particles%count)
          last = min(first + lanes - 1, particles%run_end(first))
          n = last - first + 1
-         associate (column => particles%column, a => self%gradient(first:last, :), &
+         associate (a => self%gradient(first:last, :), &
                     law => materials%slots(materials%of_body(particles%body(first)))%law)
             if (law%may_flow()) then
-               do k = 1, flow_parts
-                  share = (k - 0.5_wp)/flow_parts
-                  call stress_of(self%parts, particles, materials, layout, share*time_step, first, n, &
-                                 share*a, force(:n, :), determinant, too_long)
-                  work = work - sum(force(:n, :)*a)/flow_parts
-               end do
-               do c = 1, 9
-                  work = work + 0.5_wp*sum((self%force(first:last, c) - column(first:last, layout%volume) &
-                                            *column(first:last, layout%stress + at(c) - 1))*a(:, c))
-               end do
+               call mean_force(self%parts, particles, materials, layout, time_step, first, n, a, mean(:n, :))
+               call force_before(particles, layout, first, n, before(:n, :))
+               work = work + sum((0.5_wp*(self%force(first:last, :) + before(:n, :)) - mean(:n, :))*a)
             end if
          end associate
          first = last + 1
       end do
    end function work_in_flow
+
+   !> Minus V P as stress_of, or what stands for it in a step whose forces are means over its way.
+   subroutine force_of(self, particles, materials, layout, time_step, first, n, gradient, force, &
+                       determinant, too_long)
+      class(trial_block_t), intent(in) :: self
+      type(particle_store_t), intent(in) :: particles
+      type(materials_t), intent(in) :: materials
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: time_step
+      integer, intent(in) :: first, n
+      real(wp), intent(in) :: gradient(:, :) !< (n, 9)
+      real(wp), intent(out) :: force(:, :)   !< (n, 9)
+      real(wp), intent(out) :: determinant(:)
+      logical, intent(inout) :: too_long     !< true where the law wants a smaller step
+      real(wp) :: before(n, 9)
+      call stress_of(self%parts, particles, materials, layout, time_step, first, n, gradient, force, &
+                     determinant, too_long)
+      if (.not. self%mean) return
+      associate (law => materials%slots(materials%of_body(particles%body(first)))%law)
+         if (.not. law%may_flow()) return
+      end associate
+      call mean_force(self%parts, particles, materials, layout, time_step, first, n, gradient, force)
+      call force_before(particles, layout, first, n, before)
+      force = 2.0_wp*force - before
+   end subroutine force_of
+
+   !> Mean of minus V P as the gradient grows evenly: of the middles of equal parts of its way.
+   subroutine mean_force(parts, particles, materials, layout, time_step, first, n, gradient, mean)
+      integer, intent(in) :: parts
+      type(particle_store_t), intent(in) :: particles
+      type(materials_t), intent(in) :: materials
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: time_step
+      integer, intent(in) :: first, n
+      real(wp), intent(in) :: gradient(:, :) !< (n, 9)
+      real(wp), intent(out) :: mean(:, :)    !< (n, 9)
+      real(wp) :: force(n, 9), determinant(n), share
+      integer :: k
+      logical :: too_long
+      too_long = .false. ! the whole step is asked
+      mean = 0.0_wp
+      do k = 1, flow_parts
+         share = (k - 0.5_wp)/flow_parts
+         call stress_of(parts, particles, materials, layout, share*time_step, first, n, share*gradient, &
+                        force, determinant, too_long)
+         mean = mean + force/flow_parts
+      end do
+   end subroutine mean_force
+
+   !> Minus V times the stress of the step's beginning.
+   pure subroutine force_before(particles, layout, first, n, force)
+      type(particle_store_t), intent(in) :: particles
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: first, n
+      real(wp), intent(out) :: force(:, :) !< (n, 9)
+      integer, parameter :: at(9) = [1, 6, 5, 6, 2, 4, 5, 4, 3]
+      integer :: c
+      associate (column => particles%column(first:first + n - 1, :))
+         do c = 1, 9
+            force(:, c) = -column(:, layout%volume)*column(:, layout%stress + at(c) - 1)
+         end do
+      end associate
+   end subroutine force_before
+
+   !> Derivative of the mean force: closed tangents along the way, where the law has them.
+   subroutine mean_tangent(parts, particles, materials, layout, time_step, first, n, gradient, tangent, known)
+      integer, intent(in) :: parts
+      type(particle_store_t), intent(in) :: particles
+      type(materials_t), intent(in) :: materials
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: time_step
+      integer, intent(in) :: first, n
+      real(wp), intent(in) :: gradient(:, :)     !< (n, 9)
+      real(wp), intent(inout) :: tangent(:, :)   !< (n, 81), of force_of
+      logical, intent(out) :: known
+      real(wp) :: near(n, 9), force(n, 9), determinant(n), part(n, 81), share
+      integer :: k
+      logical :: too_long
+      too_long = .false.
+      tangent = 0.0_wp
+      do k = 1, flow_parts
+         share = (k - 0.5_wp)/flow_parts
+         near = share*gradient
+         call stress_of(parts, particles, materials, layout, share*time_step, first, n, near, force, &
+                        determinant, too_long)
+         call closed_tangent(parts, particles, materials, layout, share*time_step, first, n, near, force, &
+                             part, known)
+         if (.not. known) return
+         tangent = tangent + 2.0_wp*share/flow_parts*part
+      end do
+   end subroutine mean_tangent
 
    !> The tangents about the gradient as it stands: in closed form, where the law has that, or by differences.
    subroutine linearise(self, particles, materials, layout, time_step)
@@ -167,14 +250,21 @@ contains
             last = min(lanes*group_of(first), run)
             n = last - first + 1
             lane = first - lanes*(group_of(first) - 1)
-            call closed_tangent(self%parts, particles, materials, layout, time_step, first, n, &
-                                self%gradient(first:last, :), self%force(first:last, :), &
-                                tangent(:n, :), known)
+            associate (law => materials%slots(materials%of_body(particles%body(first)))%law)
+               if (self%mean .and. law%may_flow()) then
+                  call mean_tangent(self%parts, particles, materials, layout, time_step, first, n, &
+                                    self%gradient(first:last, :), tangent(:n, :), known)
+               else
+                  call closed_tangent(self%parts, particles, materials, layout, time_step, first, n, &
+                                      self%gradient(first:last, :), self%force(first:last, :), &
+                                      tangent(:n, :), known)
+               end if
+            end associate
             do kl = merge(10, 1, known), 9
                near(:n, :) = self%gradient(first:last, :)
                near(:n, kl) = near(:n, kl) + difference
-               call stress_of(self%parts, particles, materials, layout, time_step, first, n, near(:n, :), &
-                              force(:n, :), determinant, too_long)
+               call force_of(self, particles, materials, layout, time_step, first, n, near(:n, :), &
+                             force(:n, :), determinant, too_long)
                tangent(:n, 9*kl - 8:9*kl) = (self%force(first:last, :) - force(:n, :))/difference
             end do
             self%tangent(lane:lane + n - 1, :, group_of(first)) = real(tangent(:n, :), real32)
@@ -294,35 +384,6 @@ contains
                        /(determinant*time_step)
       end do
    end subroutine part_of_gradient
-
-   !> force = - V sigma cof(I + A).
-   pure subroutine pull_back(n, a, volume, s, force, determinant)
-      integer, intent(in) :: n
-      real(wp), intent(in) :: a(n, 9), volume(n), s(n, 6)
-      real(wp), intent(out) :: force(n, 9), determinant(*)
-      real(wp) :: f11, f21, f31, f12, f22, f32, f13, f23, f33, c11, c21, c31, c12, c22, c32, c13, c23, c33
-      integer :: p
-      !$omp simd private(f11, f21, f31, f12, f22, f32, f13, f23, f33, c11, c21, c31, c12, c22, c32, c13, &
-      !$omp& c23, c33)
-      do p = 1, n
-         f11 = 1.0_wp + a(p, 1); f21 = a(p, 2); f31 = a(p, 3)
-         f12 = a(p, 4); f22 = 1.0_wp + a(p, 5); f32 = a(p, 6)
-         f13 = a(p, 7); f23 = a(p, 8); f33 = 1.0_wp + a(p, 9)
-         c11 = f22*f33 - f23*f32; c12 = f23*f31 - f21*f33; c13 = f21*f32 - f22*f31
-         c21 = f13*f32 - f12*f33; c22 = f11*f33 - f13*f31; c23 = f12*f31 - f11*f32
-         c31 = f12*f23 - f13*f22; c32 = f13*f21 - f11*f23; c33 = f11*f22 - f12*f21
-         determinant(p) = f11*c11 + f12*c12 + f13*c13
-         force(p, 1) = -volume(p)*(s(p, 1)*c11 + s(p, 6)*c21 + s(p, 5)*c31)
-         force(p, 2) = -volume(p)*(s(p, 6)*c11 + s(p, 2)*c21 + s(p, 4)*c31)
-         force(p, 3) = -volume(p)*(s(p, 5)*c11 + s(p, 4)*c21 + s(p, 3)*c31)
-         force(p, 4) = -volume(p)*(s(p, 1)*c12 + s(p, 6)*c22 + s(p, 5)*c32)
-         force(p, 5) = -volume(p)*(s(p, 6)*c12 + s(p, 2)*c22 + s(p, 4)*c32)
-         force(p, 6) = -volume(p)*(s(p, 5)*c12 + s(p, 4)*c22 + s(p, 3)*c32)
-         force(p, 7) = -volume(p)*(s(p, 1)*c13 + s(p, 6)*c23 + s(p, 5)*c33)
-         force(p, 8) = -volume(p)*(s(p, 6)*c13 + s(p, 2)*c23 + s(p, 4)*c33)
-         force(p, 9) = -volume(p)*(s(p, 5)*c13 + s(p, 4)*c23 + s(p, 3)*c33)
-      end do
-   end subroutine pull_back
 
    !> acting = tangent : gradient.
    pure subroutine multiply(self, count)

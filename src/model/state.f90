@@ -33,7 +33,7 @@ contains
       type(balance_t), intent(inout) :: balance
       type(error_t), intent(inout) :: error
       integer(i8) :: counts(5)
-      real(wp) :: clock(5), next(8)
+      real(wp) :: clock(5), next(7)
       real(wp), allocatable :: works(:, :)
       associate (comm => model%communicator)
          counts = [model%step, model%moves, comm%sum_count(model%merges), comm%sum_count(model%splits), &
@@ -55,12 +55,12 @@ contains
       if (model%has_statics) then
          associate (losses => model%static_losses)
             next = [model%static_step, losses%uncertainty, losses%ghost_penalty, losses%theta, &
-                    losses%impact, losses%held, losses%in_flow, losses%unpaid]
+                    losses%impact, losses%held, losses%in_flow]
          end associate
          call store%reals('/state/static_step', next, error)
          model%static_step = next(1)
          model%static_losses = static_losses_t(uncertainty=next(2), ghost_penalty=next(3), theta=next(4), &
-                                               impact=next(5), held=next(6), in_flow=next(7), unpaid=next(8))
+                                               impact=next(5), held=next(6), in_flow=next(7))
       end if
       call describe_balance(store, balance, error)
       allocate (works(4, size(model%levels)))

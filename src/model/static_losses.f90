@@ -13,7 +13,6 @@ module m_static_losses
       real(wp) :: held = 0.0_wp          !< by the ghost penalty at the end of the last step without inertia
       real(wp) :: uncertainty = 0.0_wp   !< of the balance, for loads count with the mean of a step's ends
       real(wp) :: in_flow = 0.0_wp       !< not taken, but done by loads beyond that mean where material flows
-      real(wp) :: unpaid = 0.0_wp        !< the same with inertia: the motion has not given it
    contains
       procedure :: total
    end type static_losses_t

@@ -40,10 +40,8 @@ GAIN = 0.05  # energy from nothing
 LOSS = 0.10  # energy lost without a cause that the scene has asked for
 WORK = 0.05  # external work, of the largest external work where that is not small beside the energy
 # of implicit scenes, with the work that particles get, which all terms of a step are booked for (theory.md,
-# Quasi-static steps, Balance of energy); with inertia, where metal flows, the mean forces of ten long steps
-# give less than flow takes: the run says so
+# Quasi-static steps, Balance of energy)
 BOOKS = 0.015
-BOOKS_OF_METAL = 0.12
 TRANSFER = 0.06  # lost between particles and nodes, where there is inertia
 # between the work of tools and that of particles
 TOUCH = 0.03
@@ -165,8 +163,7 @@ def invariants(scene, run, planted):
     figures["mass"] = np.abs(rows["mass"] / rows["mass"][0] - 1).max()
     bars = {"gain": GAIN, "loss": LOSS, "work": WORK, "mass": MASS}
     if implicit:
-        bar = BOOKS_OF_METAL if scene.law == "j2" and not scene.static else BOOKS
-        bars |= {"gain": bar, "loss": bar if scene.static else max(bar, TRANSFER), "work": TOUCH}
+        bars |= {"gain": BOOKS, "loss": BOOKS if scene.static else TRANSFER, "work": TOUCH}
     # PIC; tools that bounce
     if (
         scene.family == "groups"

@@ -29,6 +29,8 @@ if grep 'says itself' cone.log; then fail 'seed 497: works'; fi
 if grep 'says itself: loss' split.log; then fail 'seed 2: energy'; fi
 # Metal in long quasi-static steps: plastic work and that of the loads were 5 % apart.
 "$PYTHON" "$truth" "$WORK/metal" "$GIMP3D" 1 --mixtures --first 73 --only mirrored >metal.log || fail "seed 73: $(cat metal.log)"
+# The same with inertia: 10 % were gained.
+"$PYTHON" "$truth" "$WORK/mean" "$GIMP3D" 1 --mixtures --first 59 --only mirrored >mean.log || fail "seed 59: $(cat mean.log)"
 # A flat punch that stands, with inertia: points about its rim were pushed along the normal at a step's end, and gained 18 %.
 "$PYTHON" "$truth" "$WORK/rim" "$GIMP3D" 1 --mixtures --first 111 --only mirrored >rim.log || fail "seed 111: $(cat rim.log)"
 "$PYTHON" "$truth" "$WORK/scenes" "$GIMP3D" 8 || fail 'see above'
