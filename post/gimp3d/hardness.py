@@ -377,6 +377,7 @@ def widen(run, record, material, unloading, fit, true, book):
         ratio,
         lost,
         reach,
+        imprint.is_round(run.case),
     )
     book["parts"] = {}
     for key, causes in parts.items():

@@ -46,6 +46,7 @@ weights = {
     "lost": 0.5,  # of the work, of what the energy balance lacks
     "cells_load": 0.05,  # of the load, over the cells to the radius of the contact
     "cells_stiffness": 0.08,  # of the stiffness
+    "ring": 1 / math.sqrt(12),  # of the stiffness in a section, over the cells to the radius (parts_of)
     "cells_work": 0.15,  # of the energy that comes back
     "base": 1.0,  # of the stiffness, of what a rigid base adds
 }
@@ -202,12 +203,16 @@ def base_share(case, body, material, stiffness, axis):
     return base_compliance(poisson) * stiffness * (1 - poisson**2) / material["young"][0] / thickness
 
 
-def parts_of(motion, cells, base, ratio, lost, of_reach):
+def parts_of(motion, cells, base, ratio, lost, of_reach, section=False):
     """{key of hardness.json: {cause: share of the number}} of what one run's curve does not show: causes
     inertia, cells, base, energy. `ratio` and `lost`: work ratio and lost energy over work, None where they
     are not known; `of_reach`: how much numbers change that follow from the stiffness, as a share of
-    themselves over that of the stiffness. Of the work ratio the shares are differences."""
+    themselves over that of the stiffness. Of the work ratio the shares are differences. In an axisymmetric
+    `section` the edge of the contact is a ring at one place of a cell, which moves on by whole cells, so that
+    it is off by a cell's uniform distribution; about a circle in a 3D model that averages out."""
     load, stiff = weights["cells_load"] / cells, weights["cells_stiffness"] / cells
+    if section:
+        stiff = math.hypot(stiff, weights["ring"] / cells)
     base *= weights["base"]
     back = 1 - ratio if ratio is not None else 1.0
     found = {

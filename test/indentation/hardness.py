@@ -502,6 +502,15 @@ require(
     too_fast.cure() == "take speed <= 2.5 m/s on the way in, and 0.5 m/s on the way back"
     and {"stiffness", "hardness_true", "young_true"} < set(systematic.not_measured(too_fast)),
 )
+none = systematic.Motion()
+shares = [
+    systematic.parts_of(none, 4.0, 0.0, None, None, {}, section)["stiffness"]["cells"]
+    for section in (False, True)
+]
+require(
+    f"the edge of a section's contact is a ring, off by a cell's uniform distribution: {shares}",
+    near(math.sqrt(shares[1] ** 2 - shares[0] ** 2), 1 / math.sqrt(12) / 4.0, 1e-9),
+)
 returned = 1 - answer["work_ratio"]
 require(
     "and beside what unloading gives back: another",
