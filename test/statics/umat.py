@@ -100,7 +100,7 @@ def refused():
     for law, sentence in (
         (UMAT.format("nothing"), r"cannot be opened"),
         (UMAT.format("other"), r"has no umat_; allowed: "),
-        (UMAT.format("stiffless"), r"leaves DDSDDE\(1,1\) at 0 at the start; allowed: "),
+        (UMAT.format("stiffless"), r"leaves DDSDDE\(1,1\) at 0 at the start; it must return "),
     ):
         done = subprocess.run(
             [os.environ["GIMP3D"]], input=pressed("refused", law), capture_output=True, text=True
