@@ -32,6 +32,8 @@ module m_pressure
                                            !< mass to speak of
    real(wp), parameter :: touching = 1.0e-6_wp !< a face lies on the patch's plane within this share of the
                                                !< particle's edge
+   real(wp), parameter :: endless = 1.0e30_wp  !< m: half of a patch along y in a section; a number that a
+                                               !< scene may have, for case.nml has it
    real(wp), parameter :: covered = 1.0e-6_wp  !< so much of the patch may find no face
 
    type, extends(effect_t) :: pressure_t
@@ -104,8 +106,8 @@ contains
       character(len=:), allocatable, intent(out) :: why
       why = ''
       self%section = section
-      self%lower(2) = -0.25_wp*huge(1.0_wp) ! their difference is a number still
-      self%upper(2) = 0.25_wp*huge(1.0_wp)
+      self%lower(2) = -endless
+      self%upper(2) = endless
       if (abs(self%traction(2)) > 0.0_wp) why = 'has a traction along y; allowed in a section: along x and z'
       if (count(self%upper([1, 3]) > self%lower([1, 3])) /= 1) &
          why = 'with geometry='''//section%word()//''' a patch lies across x or z, equal in lower and upper'

@@ -168,6 +168,12 @@ def check(root, document):
                 for option in re.findall(r"(?<!\S)--[\w-]+", value):
                     if option not in known:
                         fault(f"no script has the option {option}: {command}")
+        elif words[0] in ("sed", "cp") or words[:2] == ["./gimp3d", "--section"]:
+            made = re.search(r">\s*(\S+)$", command)
+            if made:
+                Path(made[1]).parent.mkdir(parents=True, exist_ok=True)
+            if subprocess.run(["bash", "-c", command]).returncode:
+                fault(f"status not 0: {command}")
         elif "gimp3d" in command:
             scene = re.search(r"<\s*(\S+)", command)
             if not scene or not Path(scene[1]).is_file():
@@ -181,12 +187,6 @@ def check(root, document):
             text = Path(scene[1]).read_text()
             runs.add(re.search(r"directory='([^']*)'", text)[1])
             scenes.append(scene[1])
-        elif words[0] in ("sed", "cp"):
-            made = re.search(r">\s*(\S+)$", command)
-            if made:
-                Path(made[1]).parent.mkdir(parents=True, exist_ok=True)
-            if subprocess.run(["bash", "-c", command]).returncode:
-                fault(f"status not 0: {command}")
         else:
             for word in (word.rstrip(";") for word in words):
                 if word.startswith("out/") and not any(f"{word}/".startswith(f"{made}/") for made in runs):

@@ -164,6 +164,8 @@ def tube():
     for domain, cell in (("stretch", 0.5), ("corners", 0.5), ("corners", 0.25)):
         name = f"tube_{domain}_{cell}"
         run(TUBE.format(domain=domain, cell=cell, name=name), 1)
+        if domain == "stretch":  # the case that was used is a scene again
+            run(replace((Path(name) / "case.nml").read_text(), f"'{name}'", f"'{name}_again'"), 1)
         first, last = snapshots(name)
         order = [np.argsort(one.ids) for one in (first, last)]
         r, now = (one["position"][o, 0] for one, o in zip((first, last), order))
