@@ -291,8 +291,8 @@ contains
       end associate
    end subroutine accumulate_point
 
-   !> Force of a point on its body at the step's beginning (N), and the gap (m) that it then has to close
-   !> where the others have deflected its surface; 0 where it presses.
+   !> Force of a point on its body at the step's beginning (N), and the gap (m) of its nodes that it then has
+   !> to close: what deflects its surface below the cells is stored; 0 where it presses.
    subroutine begin_of(contact, n, force, across)
       type(static_contact_t), intent(in) :: contact
       integer, intent(in) :: n
@@ -312,7 +312,7 @@ contains
             force = it%force_before*normal
             if (it%point%has_friction) force = force + it%friction_before
          else
-            across = max(0.0_wp, gap + dot_product(normal, it%beside))
+            across = max(0.0_wp, gap)
          end if
       end associate
    end subroutine begin_of
