@@ -1,3 +1,5 @@
+import os
+
 from spack_repo.builtin.build_systems.makefile import MakefilePackage
 
 from spack.package import *
@@ -25,10 +27,12 @@ class Gimp3d(MakefilePackage):
 
     def settings(self):
         spec = self.spec
+        # the folder of HDF5's Fortran modules: include, include/shared or mod/shared, by its version
+        modules = os.path.dirname(sorted(find(spec["hdf5"].prefix, "hdf5.mod"))[0])
         return [
             "SETUP=no",
             f"FC={spec['mpi'].mpifc}",
-            f"HDF5_INC={spec['hdf5'].prefix.include}",
+            f"HDF5_INC={modules}",
             f"HDF5_LIB={spec['hdf5'].prefix.lib}",
             f"METIS_INC={spec['metis'].prefix.include}",
             f"METIS_LIB={spec['metis'].prefix.lib}",
