@@ -11,7 +11,8 @@ module m_candidates
    use m_materials, only: materials_t
    use m_stencil, only: bin_place
    use m_face_weights, only: find_face, cube_span, flattening
-   use m_face_gap, only: find_gap, near_tool, list_near, deform, thickest, fastest
+   use m_face_gap, only: near_tool, list_near, deform, thickest, fastest
+   use m_rim_cut, only: find_point
    use m_friction_law, only: has_friction
    use m_subcell_modulus, only: half_space_modulus, subcell_compliance
    use m_contact_point, only: candidate_t, partner_t, no_candidate, drift_of, set_face, point_velocity, &
@@ -248,7 +249,8 @@ contains
       p = number(2)
       associate (column => level%blocks(number(1))%particles%column)
          new = no_candidate
-         call find_gap(tool, level, materials, number(1), p, reach, new%gap, new%normal, edge, thickness)
+         call find_point(tool, level, materials, number(1), p, reach, self%compliance_of(level, materials, &
+                         number(1), p, 0.0_wp) > 0.0_wp, new, edge, thickness)
          if (new%gap > reach) return
          held = .false.
          if (self%deflected > 0) then
@@ -341,12 +343,13 @@ contains
             to_face = 0.5_wp*edge*min(1.0_wp, thickness/edge + flattening)
             span = cube_span(0.5_wp*edge, c%normal)
          end if
-         c%arm = -to_face*c%normal
+         c%arm = c%aside - to_face*c%normal
          call set_face(c, level%grid, block%place, bin_place(int(block%cells%bin(p))), at%domain > 0, &
-                       (c%from - to_face*c%normal - block%origin)*level%grid%per_cell, &
-                       span*level%grid%per_cell)
+                       (c%from + c%arm - block%origin)*level%grid%per_cell, &
+                       span*spread(c%spans, 1, 3)*level%grid%per_cell)
          call set_area(c, level, edge, thickness, column(p, at%volume))
          c%subcell = self%compliance_of(level, materials, number(1), p, width_of(c))
+         c%area = c%share*c%area
       end associate
    end subroutine make_point
 
@@ -372,7 +375,7 @@ contains
       c%area = edge**2
       if (deform(level)) c%area = min(volume/thickness, largest_face*level%grid%cell**2)
       if (.not. level%grid%section%is_flat()) return
-      c%depth = level%grid%section%depth(c%from(1))
+      c%depth = level%grid%section%depth(c%from(1) + c%aside(1))
       c%area = edge*c%depth
       if (deform(level)) c%area = min(volume/thickness, sqrt(largest_face)*level%grid%cell*c%depth)
    end subroutine set_area

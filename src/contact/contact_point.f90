@@ -51,6 +51,9 @@ module m_contact_point
       real(wp) :: last_tangential_force(3) = 0.0_wp  !< the same in the last step, N
       real(wp) :: from(3) = 0.0_wp       !< the particle's centre at the beginning of the step, m
       real(wp) :: arm(3) = 0.0_wp        !< from there to the contact point, m
+      real(wp) :: share = 1.0_wp         !< of its face that is under a tool with a rim (eq. rim-cut),
+      real(wp) :: aside(3) = 0.0_wp      !< from the middle of the face to that of this part, m,
+      real(wp) :: spans(3) = 1.0_wp      !< and what it spans of the half edges
       real(wp) :: velocity(3) = 0.0_wp !< of the contact point as the step leaves the nodes; where the stress
                                        !< asks for it, m/s
    end type candidate_t

@@ -16,6 +16,7 @@ module m_flat
       procedure :: variables
       procedure :: distance_and_normal
       procedure :: take_section
+      procedure :: end_radius
    end type flat_t
 
 contains
@@ -45,6 +46,11 @@ contains
          normal = radial
       end if
    end subroutine distance_and_normal
+
+   pure real(wp) function end_radius(self)
+      class(flat_t), intent(in) :: self
+      end_radius = self%radius
+   end function end_radius
 
    subroutine take_section(self, section, why)
       class(flat_t), intent(inout) :: self

@@ -21,6 +21,7 @@ module m_profile
       procedure :: is_convex
       procedure :: distance_and_normal
       procedure :: take_section
+      procedure :: end_radius
    end type profile_t
 
 contains
@@ -97,6 +98,13 @@ contains
       normal = out(1)*radial - out(2)*self%axis
       if (radius <= 0.0_wp) normal = self%axis
    end subroutine distance_and_normal
+
+   !> Its rim is sharp where the wall beside it is steeper than 45 degrees.
+   pure real(wp) function end_radius(self)
+      class(profile_t), intent(in) :: self
+      end_radius = 0.0_wp
+      if (self%heights(2) - self%heights(1) > self%radii(2) - self%radii(1)) end_radius = self%radii(1)
+   end function end_radius
 
    subroutine take_section(self, section, why)
       class(profile_t), intent(inout) :: self

@@ -41,6 +41,7 @@ module m_shape
       procedure :: thinnest
       procedure :: place_name
       procedure :: take_section
+      procedure :: end_radius
    end type shape_t
 
    !> A shape whose distance is a convex function of the place: where two of them are nearest is then found
@@ -104,6 +105,12 @@ contains
       lower = -huge(lower)
       upper = huge(upper)
    end subroutine bounding_box
+
+   !> Radius of a flat end across the axis with a sharp rim, of a tool; 0: it has none, m.
+   pure real(wp) function end_radius(self)
+      class(shape_t), intent(in) :: self
+      end_radius = 0.0_wp
+   end function end_radius
 
    !> No place of the surface is further away from a place (m), or from an axis through it, m; huge where
    !> nothing is known.

@@ -5,7 +5,8 @@ module m_static_contact
    use m_node_values, only: v_x, v_z, f_x, f_z
    use m_level, only: level_t
    use m_materials, only: materials_t
-   use m_face_gap, only: find_gap, find_thickness, list_near
+   use m_face_gap, only: find_thickness, list_near
+   use m_rim_cut, only: find_point
    use m_candidates, only: candidates_t
    use m_static_tools, only: static_tools_t
    use m_static_pairs, only: static_pairs_t
@@ -88,10 +89,13 @@ contains
       real(wp) :: edge, thickness, young
       associate (c => new%point, block => level%blocks(b), column => level%blocks(b)%particles%column, &
                  pressure => candidates%pressure, friction => candidates%traction)
-         call find_gap(self%tools%now(t), level, materials, b, p, reach, c%gap, c%normal, edge, thickness)
+         call find_point(self%tools%now(t), level, materials, b, p, reach, candidates%compliance_of(level, &
+                         materials, b, p, 0.0_wp) > 0.0_wp, c, edge, thickness)
          if (.not. c%gap <= reach) return
          call out_of_tool(c%gap, c%normal)
          call candidates%make_point(level, materials, [b, p, t], edge, thickness, c)
+         c%from = c%from + c%aside ! the gap is that of there
+         c%arm = c%arm - c%aside
          new%natural = self%tools%now(t)%spec%penetration_factor*thickness
          young = young_modulus(materials%slots(materials%of_body(block%particles%body(p)))%law)
          new%contact_compliance = self%share*compliance*level%grid%cell/(young*c%area)

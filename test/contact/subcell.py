@@ -74,6 +74,56 @@ def loads():
         check(f"{kind}: overlap beyond the term's, um", rows["max_gap_violation"].max() * 1e6, 5e-3)
 
 
+def rims():
+    """Flat punches whose rim stands anywhere between particles, beside finite elements (0.04 um deep)."""
+    table = np.loadtxt(ROOT / "test/references/fem/flat_radii_hypo_h0.05.csv", delimiter=",", comments="#")
+    off = {"": [], OFF: []}
+    for radius, load in table:
+        tool = f"shape='flat', radius={radius}e-6"
+        for contact, errors in off.items():
+            name = f"rim_{radius}_{len(contact)}"
+            motion = "times=0,1e-8, speeds=0,2"
+            scene = SCENE.format(
+                name=name, time=2.5e-8, domain="fixed", tool=tool, motion=motion, contact=contact
+            )
+            run(scene, 1)
+            rows = History(Path(f"{name}/tool_tool.dat"))
+            late = rows["depth"] > 0.5 * rows["depth"][-1]
+            stiffness = (rows["load_z"][late] / rows["depth"][late]).mean()
+            errors.append(100 * (stiffness / (load / 0.04) - 1))
+    print(f"   rims: errors of the load {np.round(off[''], 1)} %, without the term {np.round(off[OFF], 1)} %")
+    check("rims: error of the load, %", np.array(off[""]), 3.0)
+    require("rims: without the term they are apart by more than 8 %", np.ptp(off[OFF]) > 8)
+
+
+CYLINDER = """&scene title='{name}', end_time=1.2e-8 /
+&grid {grid}, cell_size=1e-6 /
+&time domain='{domain}' /
+&material name='aluminium', model='elastic', density=2710, young=70e9, poisson=0.33 /
+&body material='aluminium', shape='cylinder', center=0,0,0, radius=8e-6, height=8e-6, fill='share' /
+&tool name='tool', shape='flat', radius=2.25e-6, tip=0,0,8e-6, axis=0,0,-1, times=0,4e-9, speeds=0,2 /
+&output directory='{name}', formats='none' /
+"""
+GRIDS = {
+    "section": "geometry='axisymmetric', lower=0,0, upper=10e-6,10e-6, "
+    "boundary='symmetry','free','roller','free'",
+    "quarter": "lower=0,0,0, upper=10e-6,10e-6,10e-6, "
+    "boundary='symmetry','free','symmetry','free','roller','free'",
+}
+
+
+def quarters():
+    """A rim between particles, over a section and in the quarter of 3D that it stands for."""
+    for domain in ("fixed", "corners"):
+        load = {}
+        for kind, grid in GRIDS.items():
+            name = f"{kind}_{domain}"
+            run(CYLINDER.format(name=name, grid=grid, domain=domain), 1)
+            rows = History(Path(f"{name}/tool_tool.dat"))
+            load[kind] = rows["load_z"][len(rows["load_z"]) // 2 :].mean()
+        check(f"rim, {domain}: quarter beside its section", 4 * load["quarter"] / load["section"] - 1, 0.012)
+
+
 def release():
     """A sphere goes in and out again: the energy below the cells comes back, and contact gives none."""
     gained = {}
@@ -120,6 +170,8 @@ def pressures():
 
 
 loads()
+rims()
+quarters()
 release()
 pressures()
 finish()
