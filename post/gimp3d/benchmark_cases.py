@@ -1121,7 +1121,7 @@ def cases():
             "[layered.py](../../post/gimp3d/layered.py)",
             "A rigid sphere is pressed into the layer of B7 in one second and held for two, in quasi-static "
             "steps of 50 ms; half of both moduli relaxes with one time of one second (`maxwell`). Loads are "
-            "over the elastic one of the hold's depth",
+            "over the elastic one at the depth that is kept",
             "As B7, and steps in time.",
             by_section([relaxing_row()], lambda row: flat_layer_grids),
         ),

@@ -155,7 +155,7 @@ def section(book, case):
     if len(table) > 2:
         text.append("\n".join(table) + "\n")
     names = list(dict.fromkeys(name.rsplit("_", 1)[0] for name in missing))
-    for grid in ("coarse", "fine"):
+    for grid in ("coarse", "fine", "finer"):
         those = [name for name in names if f"{name}_{grid}" in missing]
         if those:
             notes.append(

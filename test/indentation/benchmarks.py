@@ -416,7 +416,8 @@ def line_of(text):
 
 
 text = written("layer_sphere")
-said = 'CASES="layer_punch layer_sphere layer_cone" GRIDS=coarse' in " ".join(text.split())
+names = " ".join(f"layer_{shape} layer_{shape}_section" for shape in ("punch", "sphere", "cone"))
+said = f'CASES="{names}" GRIDS=coarse' in " ".join(text.split())
 require("a row that was not run is said to be so, with the command", said and not line_of(text))
 require(
     "what stands around the tables stays",
@@ -433,7 +434,7 @@ text = written("layer_sphere")
 require("loads that are 10 % too high are said to be so", "+10 %" in line_of(text))
 require(
     "the summary counts them",
-    re.search(r"^\| \[B7\].*\| 1 of 3 \| 0 of 2 \| \+10 % ", text, re.M) is not None,
+    re.search(r"^\| \[B7\].*\| 1 of 6 \| 0 of 2 \| \+10 % ", text, re.M) is not None,
 )
 require(
     "what was not measured again stays",
