@@ -360,6 +360,8 @@ contains
       type(materials_t), intent(in) :: materials
       integer, intent(in) :: b, p !< numbers of the block and the particle
       real(wp), intent(in) :: width
+      compliance = 0.0_wp
+      if (.not. self%subcell > 0.0_wp) return
       associate (body => level%blocks(b)%particles%body(p))
          compliance = self%subcell*subcell_compliance( &
                       level%grid%cell, self%modulus(materials%of_body(body)), &
