@@ -12,8 +12,8 @@ module m_coupling
    use m_communicator, only: communicator_t
    use m_dynamics, only: dynamics_t
    use m_effect, only: effect_slot_t
-   use m_isotropic, only: isotropic_t
-   use m_lattice, only: lattice_t
+   use m_embedded_model, only: embedded_model_t
+   use m_material, only: material_t
    use m_level, only: level_t
    use m_node_patch, only: node_patch_t
    use m_pressure, only: pressure_t
@@ -26,23 +26,18 @@ module m_coupling
    use m_tool_repulsion, only: push_reals, tool_push_t
    implicit none
    private
-   public :: build_atoms
+   public :: build_atoms, coupling_of
 
    real(wp), parameter :: whole = 1.0e-6_wp   !< of a constant: edges of the box are whole numbers of it
    real(wp), parameter :: alike = 1.0e-2_wp   !< moduli and densities that are said to be the same
    real(wp), parameter :: edge_margin = 3.0_wp !< cells between pads and the edge of the finest level
 
-   type, public :: coupling_t
+   type, public, extends(embedded_model_t) :: coupling_t
       type(atoms_t) :: spec
       type(dynamics_t), pointer :: atoms => null() !< on rank 0
       type(node_patch_t) :: patch
-      integer :: timer = 0                         !< row of the timers
       real(wp) :: behind = 0.0_wp                  !< how far the atoms are behind the particles, s
-      real(wp) :: work = 0.0_wp                    !< that the bonds have done on the continuum, J
       type(tool_push_t), allocatable :: pushes(:)  !< (tools) of the last step
-      real(wp) :: tool_work = 0.0_wp               !< that tools have done on the atoms, J
-      real(wp) :: tool_work_in_balance = 0.0_wp    !< the same as the tools' own balance has it, J
-      character(len=:), allocatable :: note        !< for the first lines of a run
       integer :: counts(2) = 0                     !< real atoms, pads
    contains
       procedure :: build
@@ -60,12 +55,13 @@ module m_coupling
 contains
 
    !> Collective: the box of atoms of a scene that has one; else there is none.
-   subroutine build_atoms(coupling, effects, scene, communicator, error)
-      type(coupling_t), allocatable, intent(out) :: coupling
+   subroutine build_atoms(embedded, effects, scene, communicator, error)
+      class(embedded_model_t), allocatable, intent(out) :: embedded
       type(effect_slot_t), intent(in) :: effects(:)
       type(scene_t), intent(in) :: scene
       type(communicator_t), intent(in) :: communicator
       type(error_t), intent(inout) :: error
+      type(coupling_t), allocatable :: coupling
       integer :: e
       do e = 1, size(effects)
          select type (spec => effects(e)%effect)
@@ -73,9 +69,22 @@ contains
             allocate (coupling)
             coupling%timer = effects(e)%row
             call coupling%build(spec, scene, communicator, error)
+            call move_alloc(coupling, embedded)
          end select
       end do
    end subroutine build_atoms
+
+   !> The box of atoms of a model; nowhere if it has none.
+   function coupling_of(embedded) result(coupling)
+      class(embedded_model_t), allocatable, intent(in), target :: embedded
+      type(coupling_t), pointer :: coupling
+      coupling => null()
+      if (.not. allocated(embedded)) return
+      select type (embedded)
+      type is (coupling_t)
+         coupling => embedded
+      end select
+   end function coupling_of
 
    !> Collective: the atoms of a scene that has a group for them.
    subroutine build(self, spec, scene, communicator, error)
@@ -219,10 +228,8 @@ contains
          ours = [crystal%c11, crystal%c12, crystal%c44]
          theirs = 0.0_wp
          select type (law => material%law)
-         class is (lattice_t)
-            theirs = [law%stiffness(1, 1), law%stiffness(1, 2), law%stiffness(4, 4)]
-         class is (isotropic_t)
-            theirs = [law%lame + 2.0_wp*law%shear, law%lame, law%shear]
+         class is (material_t)
+            theirs = law%cubic_constants()
          end select
          density = self%spec%mass/crystal%volume
          apart = maxval(abs(theirs/ours - 1.0_wp))
@@ -402,8 +409,8 @@ contains
    !> A row of the history (io/atoms_output.f90 has the columns). Zeros on other ranks than 0.
    function row(self) result(values)
       class(coupling_t), intent(inout) :: self
-      real(wp) :: values(17)
-      values = 0.0_wp
+      real(wp), allocatable :: values(:)
+      allocate (values(17), source=0.0_wp)
       if (.not. associated(self%atoms)) return
       associate (atoms => self%atoms)
          values(1) = atoms%kinetic()

@@ -10,7 +10,7 @@ module m_body_pairs
    use m_communicator, only: communicator_t
    use m_field_table, only: field_table_t
    use m_level, only: level_t
-   use m_materials, only: materials_t
+   use m_scene_materials, only: materials_t
    use m_stencil, only: bin_place
    use m_surface_elements, only: surface_elements_t, surface_columns_t, find_columns, share_at
    use m_partner_surface, only: meeting_t, find_meetings, reach_of

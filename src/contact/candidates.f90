@@ -8,7 +8,7 @@ module m_candidates
    use m_level, only: level_t
    use m_block, only: block_t
    use m_half_edges, only: fitted_edges
-   use m_materials, only: materials_t
+   use m_scene_materials, only: materials_t
    use m_stencil, only: bin_place
    use m_face_weights, only: find_face, cube_span, flattening
    use m_face_gap, only: near_tool, list_near, deform, thickest, fastest

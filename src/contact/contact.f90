@@ -11,7 +11,7 @@ module m_contact
    use m_communicator, only: communicator_t
    use m_field_table, only: field_table_t
    use m_level, only: level_t
-   use m_materials, only: materials_t
+   use m_scene_materials, only: materials_t
    use m_contact_complaints, only: check_nodes, candidate_text
    use m_face_gap, only: fastest
    use m_candidates, only: candidates_t

@@ -8,7 +8,7 @@ module m_face_gap
    use m_field_table, only: layout_t
    use m_split, only: longest
    use m_material, only: material_t
-   use m_materials, only: materials_t
+   use m_scene_materials, only: materials_t
    use m_block, only: block_t
    use m_cell_list, only: bins
    use m_stencil, only: bin_place

@@ -7,7 +7,7 @@ module m_pair_reactions
    use m_scene, only: body_contact_spec_t
    use m_communicator, only: communicator_t
    use m_level, only: level_t
-   use m_materials, only: materials_t
+   use m_scene_materials, only: materials_t
    use m_surface_elements, only: surface_columns_t
    use m_pair_law, only: press_rate, weaken
    use m_contact_point, only: candidate_t, partner_t, point_velocity, width_of, overlap_rate, &

@@ -5,7 +5,7 @@ module m_rim_cut
    use m_tool, only: tool_t
    use m_half_edges, only: fitted_edges
    use m_level, only: level_t
-   use m_materials, only: materials_t
+   use m_scene_materials, only: materials_t
    use m_face_gap, only: find_gap, find_thickness, deform
    use m_contact_point, only: candidate_t
    implicit none

@@ -11,7 +11,7 @@ module m_surface_elements
    use m_half_edges, only: fitted_edges
    use m_face_gap, only: deform
    use m_face_weights, only: find_face, cube_span, flattening
-   use m_surface, only: max_elements, area_name, arm_name
+   use m_surface_fields, only: max_elements, area_name, arm_name
    implicit none
    private
    public :: element_t, surface_elements_t, surface_columns_t, find_columns, share_at

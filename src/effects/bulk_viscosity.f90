@@ -7,7 +7,7 @@ module m_bulk_viscosity
    use m_grid_level, only: grid_level_t
    use m_field_table, only: field_table_t, layout_t
    use m_particle_store, only: particle_store_t
-   use m_materials, only: materials_t
+   use m_scene_materials, only: materials_t
    use m_effect, only: effect_t, hooks_t
    use m_section, only: section_t
    implicit none

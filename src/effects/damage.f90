@@ -13,7 +13,7 @@ module m_damage
    use m_particle_store, only: particle_store_t
    use m_elastic, only: elastic_t
    use m_material, only: failure_t
-   use m_materials, only: materials_t
+   use m_scene_materials, only: materials_t
    use m_level, only: level_t
    use m_effect, only: effect_t, hooks_t
    use m_section, only: section_t

@@ -9,7 +9,7 @@ module m_effect
    use m_field_table, only: field_table_t, layout_t
    use m_grid_level, only: grid_level_t
    use m_level, only: level_t
-   use m_materials, only: materials_t
+   use m_scene_materials, only: materials_t
    use m_shape, only: shape_t
    use m_offer, only: offer_t
    use m_particle_store, only: particle_store_t
@@ -54,6 +54,7 @@ module m_effect
       procedure :: particle_work
       procedure :: potential
       procedure :: acceleration
+      procedure :: uniform_acceleration
       procedure :: add_forces
       procedure :: on_nodes
       procedure :: on_cells
@@ -218,6 +219,13 @@ contains
       real(wp), intent(in) :: lead !< from the time of the velocities to that of the positions, s: half a step
       energy = 0.0_wp
    end function potential
+
+   !> Acceleration (m/s2) that it gives to all material alike, at any time.
+   pure function uniform_acceleration(self) result(field)
+      class(effect_t), intent(in) :: self
+      real(wp) :: field(3)
+      field = 0.0_wp
+   end function uniform_acceleration
 
    !> Add to the body force per mass (m/s2) of the block's particles at a time (s). Its work counts as
    !> external.

@@ -17,6 +17,7 @@ module m_gravity
       procedure :: take_section
       procedure :: variables
       procedure :: hooks
+      procedure :: uniform_acceleration
       procedure :: on_nodes
       procedure :: potential
    end type gravity_t
@@ -33,6 +34,12 @@ contains
       class(gravity_t), intent(in) :: self
       hooks = hooks_t(on_nodes=.true., follows_particles=.true.)
    end function hooks
+
+   pure function uniform_acceleration(self) result(field)
+      class(gravity_t), intent(in) :: self
+      real(wp) :: field(3)
+      field = self%field
+   end function uniform_acceleration
 
    !> a <- a + g, and the velocity with it. Nodes without mass stay as they are.
    pure subroutine on_nodes(self, time, time_step, tile)

@@ -3,7 +3,6 @@
 !> group of a scene's own.
 module m_surface
    use m_kinds, only: wp
-   use m_text, only: to_text
    use m_scene, only: scene_t, body_spec_t, fill_share
    use m_group_reader, only: group_reader_t
    use m_grid_level, only: grid_level_t
@@ -13,11 +12,11 @@ module m_surface
    use m_shape, only: shape_t
    use m_carried_face, only: carry_faces
    use m_effect, only: effect_t, hooks_t
+   use m_surface_fields, only: max_elements, area_name, arm_name
    implicit none
    private
-   public :: surface_t, make_surface, max_elements, area_name, arm_name
+   public :: surface_t, make_surface
 
-   integer, parameter :: max_elements = 6 !< of a particle: one a side
    integer, parameter :: few_elements = 3 !< of the corner of a box, a sphere or a cylinder that is two
                                           !< particles thick or more
    real(wp), parameter :: one_element = 0.7_wp !< cosine: the surface at two sides of a particle bends by less
@@ -73,18 +72,6 @@ contains
       class(surface_t), intent(in) :: self
       hooks = hooks_t(on_stress=.true.)
    end function hooks
-
-   pure function area_name(e) result(name)
-      integer, intent(in) :: e !< number of the element
-      character(len=:), allocatable :: name
-      name = 'surface_area_'//to_text(e)
-   end function area_name
-
-   pure function arm_name(e) result(name)
-      integer, intent(in) :: e !< number of the element
-      character(len=:), allocatable :: name
-      name = 'surface_arm_'//to_text(e)
-   end function arm_name
 
    !> Two vectors for each element that a particle may have.
    subroutine declare(self, table)

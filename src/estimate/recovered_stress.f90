@@ -3,7 +3,6 @@ module m_recovered_stress
    use m_kinds, only: wp
    use m_constants, only: block_size
    use m_side_kinds, only: boundary_roller, side_kinds
-   use m_gravity, only: gravity_t
    use m_grid_level, only: grid_level_t
    use m_model, only: model_t
    use m_level, only: level_t
@@ -127,15 +126,14 @@ contains
       integer, intent(in) :: l
       type(grid_level_t) :: grid
       integer :: axis, e
+      real(wp) :: field(3)
       grid = model%levels(l)%grid
       do e = 1, size(model%effects)
-         select type (effect => model%effects(e)%effect)
-         type is (gravity_t)
-            do axis = 1, 3
-               if (.not. abs(effect%field(axis)) > 0.0_wp) cycle
-               where (side_kinds(grid%boundary(:, axis))%mirrors) grid%boundary(:, axis) = boundary_roller
-            end do
-         end select
+         field = model%effects(e)%effect%uniform_acceleration()
+         do axis = 1, 3
+            if (.not. abs(field(axis)) > 0.0_wp) cycle
+            where (side_kinds(grid%boundary(:, axis))%mirrors) grid%boundary(:, axis) = boundary_roller
+         end do
       end do
    end function mirrors_of
 

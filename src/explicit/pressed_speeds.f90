@@ -6,7 +6,7 @@ module m_pressed_speeds
    use m_text, only: to_text
    use m_communicator, only: communicator_t
    use m_level, only: level_t
-   use m_materials, only: materials_t
+   use m_scene_materials, only: materials_t
    use m_contact_point, only: point_velocity, place_of
    use m_vectors, only: cross
    use m_tool, only: tool_t

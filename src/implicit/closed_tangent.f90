@@ -3,7 +3,7 @@ module m_closed_tangent
    use m_kinds, only: wp
    use m_field_table, only: layout_t
    use m_particle_store, only: particle_store_t
-   use m_materials, only: materials_t
+   use m_scene_materials, only: materials_t
    use m_stress_slopes, only: add_deformation, component
    implicit none
    private

@@ -7,7 +7,7 @@ module m_ghost_penalty
    use m_side_kinds, only: side_kinds
    use m_level, only: level_t
    use m_material, only: material_t
-   use m_materials, only: materials_t
+   use m_scene_materials, only: materials_t
    use m_field_table, only: layout_t
    use m_plastic, only: von_mises
    use m_half_edges, only: half_edges

@@ -4,7 +4,7 @@ module m_static_contact
    use m_kinds, only: wp
    use m_node_values, only: v_x, v_z, f_x, f_z
    use m_level, only: level_t
-   use m_materials, only: materials_t
+   use m_scene_materials, only: materials_t
    use m_face_gap, only: find_thickness, list_near
    use m_rim_cut, only: find_point
    use m_candidates, only: candidates_t

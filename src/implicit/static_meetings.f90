@@ -5,7 +5,7 @@ module m_static_meetings
    use m_vectors, only: tangents
    use m_communicator, only: communicator_t
    use m_level, only: level_t
-   use m_materials, only: materials_t
+   use m_scene_materials, only: materials_t
    use m_contact_point, only: candidate_t, partner_t, width_of, margin
    use m_candidates, only: candidates_t
    use m_subcell, only: beside_subcell

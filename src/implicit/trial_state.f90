@@ -8,7 +8,7 @@ module m_trial_state
    use m_field_table, only: layout_t
    use m_particle_store, only: particle_store_t
    use m_level, only: level_t
-   use m_materials, only: materials_t
+   use m_scene_materials, only: materials_t
    use m_closed_tangent, only: closed_tangent, pull_back
    implicit none
    private

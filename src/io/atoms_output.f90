@@ -2,7 +2,7 @@
 module m_atoms_output
    use m_kinds, only: wp, i8
    use m_atom_fields, only: atom_fields_t, fields_of
-   use m_coupling, only: coupling_t
+   use m_coupling, only: coupling_t, coupling_of
    use m_errors, only: error_t
    use m_hdf5_snapshot, only: write_hdf5_snapshot
    use m_history, only: history_header_t, history_text_length
@@ -32,19 +32,20 @@ contains
    !> Collective: with the snapshot of a step a dump for LAMMPS and OVITO, and a file for VTK of the same
    !> atoms.
    subroutine write_atoms(model, directory, snapshot, error)
-      type(model_t), intent(inout) :: model
+      type(model_t), intent(inout), target :: model
       character(len=*), intent(in) :: directory
       type(snapshot_t), intent(in) :: snapshot !< of the particles
       type(error_t), intent(inout) :: error
+      type(coupling_t), pointer :: coupling
       type(snapshot_t) :: atoms
       atoms%time = snapshot%time
       atoms%step = snapshot%step
       atoms%title = snapshot%title
-      call fill(atoms, model%atoms)
+      coupling => coupling_of(model%atoms)
+      call fill(atoms, coupling)
       call write_hdf5_snapshot(model%communicator, atoms, directory, error, &
-                               model%atoms%file('_'//step_digits(atoms%step)//'.hdf'))
-      call model%atoms%write_dump(directory//'/'//model%atoms%file('_'//to_text(atoms%step)//'.lammpstrj'), &
-                                  error)
+                               coupling%file('_'//step_digits(atoms%step)//'.hdf'))
+      call coupling%write_dump(directory//'/'//coupling%file('_'//to_text(atoms%step)//'.lammpstrj'), error)
       call model%communicator%agree(error)
    end subroutine write_atoms
 

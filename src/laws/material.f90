@@ -44,6 +44,7 @@ module m_material
       procedure(energy_interface), deferred :: strain_energy
       procedure(stretch_interface), deferred :: stretch
       procedure :: max_stretch
+      procedure, non_overridable :: cubic_constants
    end type material_t
 
    abstract interface
@@ -93,6 +94,18 @@ module m_material
    end interface
 
 contains
+
+   !> c11, c12 and c44 (Pa) of a law of cubic symmetry, by the energies of three stresses of 1 Pa along its
+   !> axes.
+   pure function cubic_constants(self) result(constants)
+      class(material_t), intent(in) :: self
+      real(wp) :: constants(3)
+      real(wp) :: s11, s12, s44 ! compliances, 1/Pa
+      s11 = 2.0_wp*self%complementary_energy([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp])
+      s12 = self%complementary_energy([1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]) - s11
+      s44 = 2.0_wp*self%complementary_energy([0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp])
+      constants = [s11 + s12, -s12, (s11 - s12)*(s11 + 2.0_wp*s12)/s44]/((s11 - s12)*(s11 + 2.0_wp*s12))
+   end function cubic_constants
 
    !> In how many parts the law is to take a quasi-static step; more where the stress changes much with time
    !> alone.

@@ -10,7 +10,7 @@ module m_merge
    use m_split, only: stuff_t, edges_to_split, octant_of, octants_of
    use m_locate, only: bin_of
    use m_migration, only: frame_of, take_out
-   use m_materials, only: materials_t
+   use m_scene_materials, only: materials_t
    use m_inner_motion, only: inner_motion
    implicit none
    private

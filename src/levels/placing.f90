@@ -9,7 +9,7 @@ module m_placing
    use m_region_parts, only: smallest_gap
    use m_level, only: level_t
    use m_material, only: material_t
-   use m_materials, only: materials_t
+   use m_scene_materials, only: materials_t
    use m_scene, only: criterion_stress
    implicit none
    private

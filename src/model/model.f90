@@ -3,35 +3,26 @@
 module m_model
    use mpi_f08
    use m_kinds, only: wp, i8
-   use m_constants, only: exit_input
-   use m_errors, only: error_t, fail
-   use m_text, only: to_text
+   use m_errors, only: error_t
    use m_communicator, only: communicator_t
    use m_timers, only: timers_t
-   use m_scene, only: scene_t, time_spec_t, level_spec_t, update_usl, update_usf, update_musl
-   use m_domain_kinds, only: domain_kinds
-   use m_grid_level, only: make_grid_level
+   use m_scene, only: scene_t, time_spec_t, level_spec_t
    use m_static_losses, only: static_losses_t
-   use m_body, only: number_ids
-   use m_field_table, only: layout_t
-   use m_motion_fields, only: declare_motion
    use m_level, only: level_t
-   use m_surface, only: make_surface
    use m_decomposition, only: settle_blocks, blocks_before
    use m_region, only: region_t
    use m_composite, only: composite_t
-   use m_membership, only: set_layers, may_live_on, clip_to_home
+   use m_membership, only: set_layers
    use m_joined_cells, only: join_cells
    use m_edge, only: has_constrained
    use m_node_exchange, only: node_exchange_t
    use m_migration, only: migration_t
    use m_split, only: stuff_t
-   use m_materials, only: materials_t, make_materials
+   use m_scene_materials, only: materials_t
    use m_effect, only: effect_slot_t
-   use m_effects, only: make_effects, add_effect
    use m_effect_step, only: effect_step_t
    use m_contact, only: contact_t
-   use m_coupling, only: coupling_t
+   use m_embedded_model, only: embedded_model_t
    implicit none
    private
    public :: model_t, add_parents
@@ -51,7 +42,7 @@ module m_model
       type(effect_slot_t), allocatable :: effects(:)
       type(effect_step_t), allocatable :: effect_step(:) !< one a level
       type(contact_t) :: contact
-      type(coupling_t), allocatable :: atoms            !< where the scene has some
+      class(embedded_model_t), allocatable :: atoms     !< where the scene has some
       type(node_exchange_t), allocatable :: exchange(:) !< one a level
       type(migration_t), allocatable :: migration(:)    !< one a level
       type(composite_t), allocatable :: composite(:) !< with the level above; first and one more: empty
@@ -105,10 +96,17 @@ module m_model
       procedure :: release
    end type model_t
 
-   real(wp), parameter :: first_radius = 4.0_wp !< cells: of the ball in which a level of the error begins
-   real(wp), parameter :: largest_move = 0.45_wp !< cells of the coarsest level in a step: above safety
-
    interface
+      !> Collective: make the model of a checked scene. Effects that the caller has set are kept, and those of
+      !> the scene then left out. `empty`: without blocks and particles (restore.f90 gives it those of a
+      !> checkpoint).
+      module subroutine build(self, communicator, scene, error, empty)
+         class(model_t), intent(inout) :: self
+         type(communicator_t), intent(in) :: communicator
+         type(scene_t), intent(in) :: scene
+         type(error_t), intent(inout) :: error
+         logical, intent(in), optional :: empty
+      end subroutine build
       !> The grids of all levels and the regions that they refine.
       module subroutine make_levels(self, scene)
          class(model_t), intent(inout) :: self
@@ -169,106 +167,6 @@ module m_model
    end interface
 
 contains
-
-   !> Collective: make the model of a checked scene. Effects that the caller has set are kept, and those of
-   !> the scene then left out. `empty`: without blocks and particles (restore.f90 gives it those of a
-   !> checkpoint).
-   subroutine build(self, communicator, scene, error, empty)
-      class(model_t), intent(inout) :: self
-      type(communicator_t), intent(in) :: communicator
-      type(scene_t), intent(in) :: scene
-      type(error_t), intent(inout) :: error
-      logical, intent(in), optional :: empty
-      integer :: e, l
-      self%communicator = communicator
-      self%method = scene%time
-      self%has_statics = scene%quasi_static%present
-      self%has_inertia = scene%quasi_static%has_inertia() .or. .not. scene%quasi_static%holds_at(0.0_wp)
-      self%materials = make_materials(scene)
-      associate (materials => self%materials)
-         self%stuff = [(stuff_t(materials%slots(materials%of_body(e))%law%density, &
-                                materials%slots(materials%of_body(e))%law%p_wave_modulus()), e=1, &
-                                size(materials%of_body))]
-      end associate
-      if (.not. allocated(self%effects)) call make_effects(scene, self%effects)
-      call make_levels(self, scene)
-      call check_nests(self, scene, error)
-      if (error%happened()) return
-      if (scene%fields() > 1) call add_effect(self%effects, make_surface(scene))
-      call self%timers%start(size(self%levels))
-      if (size(self%levels) > 1) self%levels_row = self%timers%row_of('levels')
-      do e = 1, size(self%effects)
-         call self%effects(e)%effect%prepare(self%levels(1)%grid, self%materials)
-      end do
-      do l = 1, size(self%levels)
-         call self%effect_step(l)%build(self%effects, self%levels(l)%grid%block_count(), self%timers)
-      end do
-      call self%place_layers()
-      call self%contact%build(scene)
-      self%contact%strains_apart = self%method%stress_update /= update_usl
-      self%contact%strains_next = self%method%stress_update == update_usf
-      self%contact%followed = self%contact%active() .and. (self%method%affine .or. self%method%stress_update &
-                                                           == update_usl)
-      allocate (self%lost_in_merging(blocks_before(self%levels, size(self%levels) + 1)), source=0.0_wp)
-      call declare_fields(self, scene, error)
-      if (.not. error%happened()) call set_budgets(self, scene, error)
-      if (error%happened()) return
-      do l = 1, size(self%levels)
-         call self%migration(l)%prepare(communicator, self%levels(l)%table%columns)
-      end do
-      call populate(self, scene, error, empty)
-   end subroutine build
-
-   !> True when a scene has levels besides its grid.
-   pure logical function has_levels(scene)
-      type(scene_t), intent(in) :: scene
-      has_levels = .false.
-      if (allocated(scene%levels)) has_levels = size(scene%levels) > 0
-   end function has_levels
-
-   !> The fields that every scene has, and those that materials, effects and choices of the method ask for.
-   subroutine declare_fields(self, scene, error)
-      class(model_t), intent(inout) :: self
-      type(scene_t), intent(in) :: scene
-      type(error_t), intent(inout) :: error
-      integer, parameter :: of_domains = 6 !< splits for which an id has room, besides those for finer levels
-      type(layout_t) :: layout
-      integer :: l, m, splits
-      associate (table => self%levels(1)%table, domain => domain_kinds(self%method%domain))
-         call table%declare('position', 3, 'm', written=.true., by_mass=.true.)
-         call table%declare('velocity', 3, 'm/s', written=.true., by_mass=.true.)
-         call table%declare('mass', 1, 'kg', written=.true., extensive=.true.)
-         call table%declare('volume', 1, 'm3', written=.true., extensive=.true.)
-         call table%declare(trim(domain%field), domain%components, 'm', written=.true.)
-         if (domain%deforms .or. size(self%levels) > 1) &
-            call table%declare('generation', 1, '1', written=.false.)
-         if (size(self%levels) > 1) call table%declare('refinement', 1, '1', written=.false.)
-         if (size(self%levels) > 1 .and. self%method%subcycle .and. .not. self%mixes()) &
-            call table%declare('edge_stress', 6, 'Pa', written=.false.)
-         call table%declare('stress', 6, 'Pa', written=.true.)
-         if (self%method%affine) call table%declare('velocity_gradient', 9, '1/s', written=.false.)
-         if (self%method%stress_update == update_musl) &
-            call table%declare('next_position', 3, 'm', written=.false.)
-         if (self%contact%active()) call self%contact%declare(table)
-         do m = 1, size(self%materials%slots)
-            call self%materials%slots(m)%law%declare(table, self%contact%active())
-         end do
-         do m = 1, size(self%effects)
-            self%effects(m)%columns = table%columns
-            call self%effects(m)%effect%declare(table)
-            self%effects(m)%columns = table%columns - self%effects(m)%columns
-         end do
-         if (self%contact%pairs%active()) call self%contact%pairs%declare(table)
-         call declare_motion(table, scene%output, domain%deforms)
-         splits = 3*(size(self%levels) - 1) + merge(of_domains, 0, domain%deforms)
-         layout = table%layout(scene%grid%section)
-         call number_ids(layout, scene%bodies, self%levels(1)%grid%cell, splits, error)
-         do l = 1, size(self%levels)
-            self%levels(l)%table = table
-            self%levels(l)%layout = layout
-         end do
-      end associate
-   end subroutine declare_fields
 
    !> True when particles' velocities come nearer to the grid's: there are no labels at edges of levels then
    !> (theory.md, eq. half-steps-pic).

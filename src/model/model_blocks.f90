@@ -1,9 +1,12 @@
 !> Which blocks there are and which rank owns them: new ones, and placing them anew.
 submodule (m_model) m_model_blocks
+   use m_membership, only: may_live_on, clip_to_home
    use m_timers, only: phase_balance
    use m_placement, only: work_t, work_of, order_work, choose_owners
    use m_decomposition, only: set_owners, all_owners
    implicit none
+
+   real(wp), parameter :: largest_move = 0.45_wp !< cells of the coarsest level in a step: above safety
 
 contains
 

@@ -1,8 +1,9 @@
 !> The blocks that the bodies of a scene need, and the particles in them.
 submodule (m_model) m_model_filling
    use m_number_text, only: reals_text
-   use m_text, only: si
-   use m_constants, only: block_size
+   use m_text, only: si, to_text
+   use m_constants, only: block_size, exit_input
+   use m_errors, only: fail
    use m_coupling, only: build_atoms
    use m_machine, only: free_memory
    use m_level, only: tile_bytes

@@ -1,8 +1,10 @@
 !> The grids of the levels, and the regions that they refine.
 submodule (m_model) m_model_levels
-   use m_text, only: si
+   use m_text, only: si, to_text
    use m_number_text, only: reals_text
-   use m_constants, only: block_size
+   use m_constants, only: block_size, exit_input
+   use m_errors, only: fail
+   use m_grid_level, only: make_grid_level
    use m_field_table, only: bytes_per_column
    use m_level, only: tile_bytes
    use m_particle_store, only: bytes_besides, spare_room
@@ -12,6 +14,8 @@ submodule (m_model) m_model_levels
    use m_region, only: make_region
    use m_region_parts, only: unite, make_ball, first_too_near, smallest_gap
    implicit none
+
+   real(wp), parameter :: first_radius = 4.0_wp !< cells: of the ball in which a level of the error begins
 
 contains
 

@@ -4,7 +4,7 @@ module m_speed_bounds
    use m_kinds, only: wp
    use m_field_table, only: layout_t
    use m_block, only: block_t
-   use m_materials, only: materials_t
+   use m_scene_materials, only: materials_t
    use m_model, only: model_t, bounds_t
    use m_deform, only: fastest
    implicit none

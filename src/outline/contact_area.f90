@@ -11,7 +11,7 @@ module m_contact_area
    use m_section, only: section_t
    use m_tool, only: tool_t
    use m_material, only: material_t
-   use m_materials, only: materials_t
+   use m_scene_materials, only: materials_t
    use m_level, only: level_t
    use m_surface_points, only: surface_point_t, squares_t, sorted_in_squares, find_neighbours
    use m_contact_edge, only: find_edges, ahead

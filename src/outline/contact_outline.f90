@@ -6,7 +6,7 @@ module m_contact_outline
    use m_communicator, only: communicator_t
    use m_vectors, only: tangents
    use m_tool, only: tool_t
-   use m_materials, only: materials_t
+   use m_scene_materials, only: materials_t
    use m_level, only: level_t
    use m_contact_edge, only: find_edges
    use m_contact_area, only: patch_t, patch_under

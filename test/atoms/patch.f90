@@ -9,6 +9,7 @@ program patch
    use m_kinds, only: wp
    use m_advance, only: advance
    use m_communicator, only: communicator_t
+   use m_coupling, only: coupling_t, coupling_of
    use m_energy, only: measure, sums_t
    use m_effects, only: known_effects
    use m_snapshot_formats, only: known_formats
@@ -30,6 +31,7 @@ program patch
    type(communicator_t) :: comm
    type(assertions_t) :: test
    type(lammps_t) :: lammps
+   type(coupling_t), pointer :: box !< the atoms of the model of now
    character(len=:), allocatable :: complaint
    call comm%start()
    call test%start(comm, 'patch')
@@ -71,6 +73,7 @@ contains
       if (.not. error%happened()) call bound_speeds(model)
       model%works_ahead = .false.
       call test%check(.not. error%happened(), 'the scene is built', error%message)
+      box => coupling_of(model%atoms)
    end subroutine build
 
    function three(x) result(text)
@@ -96,8 +99,8 @@ contains
             end associate
          end do
       end associate
-      if (associated(model%atoms%atoms)) &
-         call model%atoms%atoms%set_velocities([0.0_wp, 0.0_wp, 0.0_wp], l, middle)
+      if (associated(box%atoms)) &
+         call box%atoms%set_velocities([0.0_wp, 0.0_wp, 0.0_wp], l, middle)
    end subroutine set_in_motion
 
    !> Six strains of 1 % in eight steps, before the surface of the body is heard of. With the reaction of
@@ -113,13 +116,13 @@ contains
       steps = merge(8, 4, crossing)
       call build("potential='"//metal//"', element='Xx'", 8500.0_wp, constant_of(), model)
       if (.not. allocated(model%atoms)) return
-      a = model%atoms%spec%crystal%constant
-      if (.not. crossing .and. associated(model%atoms%atoms)) model%atoms%atoms%bonds%share = 1.0_wp
+      a = box%spec%crystal%constant
+      if (.not. crossing .and. associated(box%atoms)) box%atoms%bonds%share = 1.0_wp
       middle = 28*a
       step = 0.3_wp*4*a/sqrt(model%materials%slots(1)%law%p_wave_modulus()/8500.0_wp)
       l = 0.01_wp/(steps*step)*reshape([1.0_wp, 0.3_wp, -0.4_wp, 0.3_wp, -0.6_wp, 0.5_wp, -0.4_wp, 0.5_wp, &
                                         0.8_wp], [3, 3])
-      if (associated(model%atoms%atoms)) first = model%atoms%atoms%x
+      if (associated(box%atoms)) first = box%atoms%x
       call set_in_motion(model, l, middle)
       do n = 1, steps
          call advance(model, step, error)
@@ -130,26 +133,26 @@ contains
       do i = 1, 3
          f(i, i) = f(i, i) + 1.0_wp
       end do
-      traction = maxval(abs(model%atoms%spec%crystal%stress(f)))*(4*a)**2
-      if (associated(model%atoms%atoms)) then
+      traction = maxval(abs(box%spec%crystal%stress(f)))*(4*a)**2
+      if (associated(box%atoms)) then
          do i = 1, size(first, 2)
             first(:, i) = middle + matmul(f, first(:, i) - middle)
          end do
-         call model%atoms%atoms%place_all(first)
-         places = model%atoms%atoms%place
-         forces = model%atoms%atoms%force
+         call box%atoms%place_all(first)
+         places = box%atoms%place
+         forces = box%atoms%force
          pull = maxval(norm2(forces, 1))
          if (crossing) then
-            call say('force on an atom, of a bond''s', model%atoms%atoms%largest_force()/pull)
-            call test%check(model%atoms%atoms%largest_force() < 1.0e-9_wp*pull, 'no atom is pushed')
+            call say('force on an atom, of a bond''s', box%atoms%largest_force()/pull)
+            call test%check(box%atoms%largest_force() < 1.0e-9_wp*pull, 'no atom is pushed')
          end if
       end if
       call advance(model, step, error) ! what the nodes have of the continuum alone is known then
       call test%check(.not. error%happened(), 'steps', error%message)
       if (error%happened() .or. .not. comm%is_root()) return
-      model%atoms%patch%given = 0.0_wp
+      box%patch%given = 0.0_wp
       n = 0
-      call model%atoms%patch%add(places, forces, 1.0_wp, n)
+      call box%patch%add(places, forces, 1.0_wp, n)
       left = largest_left(model)/traction
       if (crossing) then
          call say('force left on a node, of the traction on a cell', left)
@@ -182,7 +185,7 @@ contains
       type(model_t), intent(in) :: model
       integer :: i, j, k
       largest = 0.0_wp
-      associate (patch => model%atoms%patch)
+      associate (patch => box%patch)
          do k = 5, 9
             do j = 5, 9
                do i = 5, 9
@@ -205,7 +208,7 @@ contains
       integer :: n
       call build("potential='"//metal//"', element='Xx'", 8500.0_wp, constant_of(), model)
       if (.not. allocated(model%atoms)) return
-      a = model%atoms%spec%crystal%constant
+      a = box%spec%crystal%constant
       step = 0.3_wp*4*a/sqrt(model%materials%slots(1)%law%p_wave_modulus()/8500.0_wp)
       l = 0.002_wp/step*reshape([0.1_wp, 0.4_wp, -0.3_wp, -0.2_wp, -0.2_wp, 0.4_wp, 0.3_wp, -0.1_wp, &
                                  0.2_wp], [3, 3])
@@ -217,7 +220,7 @@ contains
          sums = measure(model)
          p = 0.0_wp
          q = 0.0_wp
-         if (associated(model%atoms%atoms)) call model%atoms%atoms%momentum(p, q)
+         if (associated(box%atoms)) call box%atoms%momentum(p, q)
          now = [sums%momentum + p, sums%angular_momentum + q]
          if (n == 0) start = now
       end do

@@ -10,6 +10,7 @@ program tools
    use m_advance, only: advance
    use m_atom_fields, only: atom_fields_t, fields_of
    use m_communicator, only: communicator_t
+   use m_coupling, only: coupling_t, coupling_of
    use m_effects, only: known_effects
    use m_snapshot_formats, only: known_formats
    use m_bravais, only: bravais_t
@@ -39,6 +40,7 @@ program tools
    type(communicator_t) :: comm
    type(assertions_t) :: test
    type(lammps_t) :: lammps
+   type(coupling_t), pointer :: box !< the atoms of the model of now
    type(bravais_t) :: crystal
    character(len=:), allocatable :: complaint
    call comm%start()
@@ -167,6 +169,7 @@ contains
       call model%build(comm, scene, error)
       if (.not. error%happened()) call bound_speeds(model)
       call test%check(.not. error%happened(), 'the scene is built', error%message)
+      box => coupling_of(model%atoms)
    end subroutine build
 
    real(wp) function step_of() result(step)
@@ -209,10 +212,10 @@ contains
          call test%check(.not. error%happened(), 'steps', error%message)
          if (error%happened()) return
       end do
-      load = model%atoms%pushes(1)%impulse(3)/step_of()
+      load = box%pushes(1)%impulse(3)/step_of()
       all = model%contact%states(1)%load(3)/(pressure(depth/16.0_wp)*(16*crystal%constant)**2)
       load = load/(pressure((top - top_plane(model))/(16*crystal%constant))*(8*crystal%constant)**2)
-      energy = (energy_of(model) - energy)/model%atoms%tool_work
+      energy = (energy_of(model) - energy)/box%tool_work
       call say('flat punch: load on all, of the elastic column''s', all)
       call say('flat punch: load on the atoms, of their column''s', load)
       call say('flat punch: energy of atoms with what they gave, of the tool''s work', energy)
@@ -221,7 +224,7 @@ contains
       call test%check(abs(load - 1.0_wp) < 0.15_wp, 'load on the atoms')
       if (comm%is_root()) call test%check(abs(energy - 1.0_wp) < 0.05_wp, 'energy of the atoms')
       ! these are half a step of `moving` apart when the tool stops
-      call test%check(abs(model%atoms%tool_work/model%atoms%tool_work_in_balance - 1.0_wp) < 1.2_wp/moving, &
+      call test%check(abs(box%tool_work/box%tool_work_in_balance - 1.0_wp) < 1.2_wp/moving, &
                       'work of the tool on atoms, by steps of atoms and in the tool''s books')
       call go_back(model)
    end subroutine press_flat
@@ -243,12 +246,12 @@ contains
          end do
          if (round == 1) then
             load = model%contact%states(1)%load
-            if (associated(model%atoms%atoms)) x = model%atoms%atoms%x
+            if (associated(box%atoms)) x = box%atoms%x
             call saved%give_back(model, balance)
          else
             call test%check(all(abs(load - model%contact%states(1)%load) <= 0.0_wp), 'load, once more')
             if (allocated(x)) &
-               call test%check(all(abs(x - model%atoms%atoms%x) <= 0.0_wp), 'places of atoms, once more')
+               call test%check(all(abs(x - box%atoms%x) <= 0.0_wp), 'places of atoms, once more')
          end if
       end do
       call test%check(.not. error%happened(), 'steps', error%message)
@@ -267,8 +270,8 @@ contains
    real(wp) function top_plane(model)
       type(model_t), intent(in) :: model
       top_plane = 0.0_wp
-      if (associated(model%atoms%atoms)) then
-         associate (z => model%atoms%atoms%x(3, :model%atoms%atoms%real_atoms))
+      if (associated(box%atoms)) then
+         associate (z => box%atoms%x(3, :box%atoms%real_atoms))
             top_plane = sum(z, mask=z > maxval(z) - 0.25_wp*crystal%constant) &
                         /count(z > maxval(z) - 0.25_wp*crystal%constant)
          end associate
@@ -280,10 +283,10 @@ contains
    real(wp) function energy_of(model) result(energy)
       type(model_t), intent(in) :: model
       energy = 0.0_wp
-      if (.not. associated(model%atoms%atoms)) return
-      associate (atoms => model%atoms%atoms)
+      if (.not. associated(box%atoms)) return
+      associate (atoms => box%atoms)
          energy = atoms%potential() + atoms%kinetic() + atoms%repulsion%energy + atoms%quenched &
-                  + model%atoms%work
+                  + box%work
       end associate
    end function energy_of
 
@@ -296,8 +299,8 @@ contains
       real(wp), allocatable :: x(:, :)
       real(wp) :: first(3), last(3)
       integer :: n
-      if (associated(model%atoms%atoms)) then
-         associate (atoms => model%atoms%atoms)
+      if (associated(box%atoms)) then
+         associate (atoms => box%atoms)
             allocate (x, mold=atoms%x)
             call random_number(x)
             x(:, atoms%real_atoms + 1:) = 0.5_wp
@@ -311,11 +314,11 @@ contains
          call test%check(.not. error%happened(), 'steps', error%message)
          if (error%happened()) return
       end do
-      if (.not. associated(model%atoms%atoms)) return
-      associate (atoms => model%atoms%atoms)
+      if (.not. associated(box%atoms)) return
+      associate (atoms => box%atoms)
          call fields_of(atoms, fields)
          last = [sum(fields%energy), atoms%kinetic(), atoms%largest_force()]
-         associate (lost => first(1) - last(1) - last(2) - model%atoms%work)
+         associate (lost => first(1) - last(1) - last(2) - box%work)
             call say('quenched: largest force left, of the first', last(3)/first(3))
             call say('quenched: heat, of the energy lost', atoms%quenched/lost)
             call test%check(last(3) < 0.02_wp*first(3), 'forces vanish')

@@ -16,7 +16,8 @@ program search
    use m_constants, only: pi
    use m_triangles, only: triangles_t, weld
    use m_file_shape, only: file_shape_t
-   use m_materials, only: materials_t, make_materials, material_of
+   use m_materials, only: material_of
+   use m_scene_materials, only: materials_t, make_materials
    use m_isotropic, only: isotropic_t
    use m_tool, only: tool_t, make_tool
    use m_level, only: level_t

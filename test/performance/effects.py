@@ -86,6 +86,16 @@ def strip(source):
     drop(listed, r'^ *block; use m_')
     for module in modules:
         (source / f'effects/{module}.f90').unlink()
+    # what only scenes with one of them ask for: a box of atoms, a report on grains
+    for path in [source / 'io/atoms_output.f90', *(source / 'atoms').glob('*.f90')]:
+        if path.stem != 'embedded_model':
+            path.unlink()
+    drop(source / 'model/model_filling.f90', 'build_atoms')
+    recorder = source / 'io/recorder.f90'
+    replace(recorder, r'(?m)^ *if \(self%atoms > 0\) &\n.*atoms_header.*\n', '')
+    drop(recorder, 'm_atoms_output|call write_atoms')
+    (source / 'app/grain_report.f90').unlink()
+    drop(source / 'app/introduction.f90', 'grain_report|introduce_grains')
     grid, schedule, g2p, stress, cells = (
         source / f'explicit/{name}.f90'
         for name in ('grid_stages', 'schedule', 'g2p_stage', 'stress_stage', 'cells_stage')

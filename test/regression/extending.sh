@@ -51,8 +51,8 @@ timeout 60 mpirun -n 2 "$with_example" <braked.nml >braked2.log 2>&1 || fail "it
 "$PYTHON" "$ROOT/test/regression/extending.py" braked out/braked
 
 sed -i "s/^\( *\)call table%declare('stress', .*/\1call table%declare('planted', 1, '1', written=.false.)\n&/" \
-   tree/src/model/model.f90
-! cmp -s "$ROOT/src/model/model.f90" tree/src/model/model.f90 || fail 'nothing was planted'
+   tree/src/model/model_building.f90
+! cmp -s "$ROOT/src/model/model_building.f90" tree/src/model/model_building.f90 || fail 'nothing was planted'
 build
 if GIMP3D=$with_example WORK=$PWD/planted bash "$ROOT/test/regression/effects_free.sh" >planted.log 2>&1; then
    fail 'effects_free does not see a field that no one called for'

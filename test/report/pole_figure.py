@@ -41,7 +41,7 @@ require(
     values[30, 30] > 5 and np.nanmax(values[30, 40:52]) < 0.1 and values[30, 59] > 1.5,
 )
 
-# the third component: rows of a snapshot to matrices, as src/base/rotations.f90 has them
+# the third component: rows of a snapshot to matrices, as src/tensors/rotations.f90 has them
 turn = pf.matrices(np.array([[np.cos(np.pi / 8), 0, 0, np.sin(np.pi / 8)]]))[0]
 require(
     "a turn of 45 degrees about z takes x towards y", np.allclose(turn[:, 0], [np.sqrt(0.5), np.sqrt(0.5), 0])

@@ -5,7 +5,7 @@ program damage
    use m_communicator, only: communicator_t
    use m_grid_level, only: grid_level_t
    use m_material, only: material_t
-   use m_materials, only: materials_t
+   use m_scene_materials, only: materials_t
    use m_j2, only: j2_t
    use m_johnson_cook, only: johnson_cook_t
    use m_elastic, only: elastic_t

@@ -12,7 +12,8 @@ program materials
    use m_drucker_prager, only: drucker_prager_t
    use m_mie_grueneisen, only: mie_grueneisen_t
    use m_j2, only: j2_t
-   use m_materials, only: materials_t, make_materials, material_of
+   use m_materials, only: material_of
+   use m_scene_materials, only: materials_t, make_materials
    use m_deform, only: advance_volume, fastest
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t, keep_worst, say

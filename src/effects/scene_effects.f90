@@ -1,0 +1,47 @@
+!> The effects of a scene. A step calls each by what all effects offer (m_effect); which effects there are
+!> stands in effects.f90.
+module m_scene_effects
+   use m_scene, only: scene_t
+   use m_effect, only: effect_t, effect_slot_t
+   implicit none
+   private
+   public :: make_effects, add_effect
+
+contains
+
+   !> The effects that a scene calls for, in order, without those that it declines; none when it does not say.
+   subroutine make_effects(scene, effects)
+      type(scene_t), intent(in) :: scene
+      type(effect_slot_t), allocatable, intent(out) :: effects(:)
+      integer :: e, n
+      n = 0
+      if (allocated(scene%effects)) n = count([(.not. scene%effects(e)%it%declined(), e=1, &
+                                                size(scene%effects))])
+      allocate (effects(n))
+      if (n == 0) return
+      n = 0
+      do e = 1, size(scene%effects)
+         if (scene%effects(e)%it%declined()) cycle
+         n = n + 1
+         select type (it => scene%effects(e)%it)
+         class is (effect_t)
+            allocate (effects(n)%effect, source=it)
+         end select
+      end do
+   end subroutine make_effects
+
+   !> Append an effect that no group of a scene asks for.
+   subroutine add_effect(effects, effect)
+      type(effect_slot_t), allocatable, intent(inout) :: effects(:)
+      class(effect_t), intent(in) :: effect
+      type(effect_slot_t), allocatable :: more(:)
+      integer :: e
+      allocate (more(size(effects) + 1))
+      do e = 1, size(effects)
+         call move_alloc(effects(e)%effect, more(e)%effect)
+      end do
+      allocate (more(size(more))%effect, source=effect)
+      call move_alloc(more, effects)
+   end subroutine add_effect
+
+end module m_scene_effects
