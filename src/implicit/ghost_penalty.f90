@@ -12,9 +12,10 @@ module m_ghost_penalty
    use m_plastic, only: von_mises
    use m_half_edges, only: half_edges
    use m_static_nodes, only: is_own_node, tile_node
+   use m_static_losses, only: face_reals
    implicit none
    private
-   public :: ghost_penalty_t, mark_cells
+   public :: ghost_penalty_t, mark_cells, work_of_faces
 
    !> Second differences: of the node at(2:4, n) in the tile of own block at(5, n), along axis at(1, n).
    type :: ghost_penalty_t
@@ -29,6 +30,7 @@ module m_ghost_penalty
       procedure :: find_faces
       procedure :: add_forces
       procedure :: add_diagonal
+      procedure :: forces_of_faces
    end type ghost_penalty_t
 
    integer, parameter :: reached = 1, sum_of_young = 2, coarse = 3, sum_of_secants = 4, edge = 1 ! places of a
@@ -264,9 +266,7 @@ contains
          o = 0
          o(self%at(1, n)) = 1
          associate (i => self%at(2, n), j => self%at(3, n), k => self%at(4, n), b => self%at(5, n))
-            s = factor*self%stiffness(n)*(motion(v_x:v_z, i + o(1), j + o(2), k + o(3), b) &
-                                          - 2.0_wp*motion(v_x:v_z, i, j, k, b) &
-                                          + motion(v_x:v_z, i - o(1), j - o(2), k - o(3), b))
+            s = factor*self%stiffness(n)*second_difference(self%at(:, n), motion)
             tiles(f_x:f_z, i + o(1), j + o(2), k + o(3), b) = s &
                + tiles(f_x:f_z, i + o(1), j + o(2), k + o(3), b)
             tiles(f_x:f_z, i, j, k, b) = tiles(f_x:f_z, i, j, k, b) - 2.0_wp*s
@@ -294,5 +294,51 @@ contains
          end associate
       end do
    end subroutine add_diagonal
+
+   !> The force of each face of this rank under the displacements of `motion`, a row each as
+   !> static_losses_t keeps them.
+   pure function forces_of_faces(self, level, motion) result(rows)
+      class(ghost_penalty_t), intent(in) :: self
+      type(level_t), intent(in) :: level
+      real(wp), intent(in), contiguous :: motion(:, 0:, 0:, 0:, :) !< displacements in v_x to v_z, m
+      real(wp) :: rows(face_reals, self%count)
+      integer :: n
+      do n = 1, self%count
+         associate (at => self%at(:, n))
+            rows(:, n) = [real([level%number, level%blocks(at(5))%index, at(:4)], wp), &
+                          self%stiffness(n)*second_difference(at, motion)]
+         end associate
+      end do
+   end function forces_of_faces
+
+   !> Work of such forces along the displacements of `motion`, of the faces whose block is this rank's, J.
+   pure real(wp) function work_of_faces(rows, level, motion) result(work)
+      real(wp), intent(in) :: rows(:, :) !< of any levels
+      type(level_t), intent(in) :: level
+      real(wp), intent(in), contiguous :: motion(:, 0:, 0:, 0:, :) !< displacements in v_x to v_z, m
+      integer :: at(6), n, slot
+      work = 0.0_wp
+      do n = 1, size(rows, 2)
+         at = nint(rows(:6, n))
+         if (at(1) /= level%number) cycle
+         slot = level%slot(at(2))
+         if (slot < 1 .or. slot > size(level%blocks)) cycle
+         work = work + dot_product(rows(7:, n), second_difference([at(3:), slot], motion))
+      end do
+   end function work_of_faces
+
+   !> Jump of the slope across a face times the cell, m.
+   pure function second_difference(at, motion) result(jump)
+      integer, intent(in) :: at(:) !< axis, node of the tile (3), block
+      real(wp), intent(in), contiguous :: motion(:, 0:, 0:, 0:, :)
+      real(wp) :: jump(3)
+      integer :: o(3)
+      o = 0
+      o(at(1)) = 1
+      associate (i => at(2), j => at(3), k => at(4), b => at(5))
+         jump = motion(v_x:v_z, i + o(1), j + o(2), k + o(3), b) - 2.0_wp*motion(v_x:v_z, i, j, k, b) &
+                + motion(v_x:v_z, i - o(1), j - o(2), k - o(3), b)
+      end associate
+   end function second_difference
 
 end module m_ghost_penalty

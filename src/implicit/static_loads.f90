@@ -10,6 +10,8 @@ module m_static_loads
    use m_static_contact, only: static_contact_t
    use m_static_point, only: static_point_t
    use m_static_levels, only: collect
+   use m_ghost_penalty, only: work_of_faces
+   use m_static_losses, only: face_reals
    use m_static_system, only: static_system_t
    use m_static_meetings, only: find_meeting_points, accumulate_meetings
    use m_face_gap, only: find_gap, thickest
@@ -324,7 +326,7 @@ contains
    subroutine accumulate_losses(system, z)
       type(static_system_t), intent(inout) :: system
       real(wp), intent(in) :: z(:) !< m
-      real(wp) :: held(size(z)), flow, ghost, released, theta
+      real(wp) :: held(size(z)), flow, ghost, theta
       integer :: l
       flow = system%model%communicator%sum_real(work_in_flow(system))
       call system%set_motion(z)
@@ -336,13 +338,9 @@ contains
       call collect(system%levels, system%model, motion_parity, held)
       ghost = system%dot(held, z)
       associate (model => system%model, losses => system%model%static_losses)
-         if (.not. system%inertia%acts) then ! the last step's forces of the penalty are let go
-            released = system%dot(system%load_before, z) + model%communicator%sum_real( &
-                       work_of_contact(system) - work_of_stress(system, 1.0_wp, 0.0_wp))
+         if (.not. system%inertia%acts) then
             losses%in_flow = losses%in_flow + flow
-            released = sign(min(abs(released), sqrt(max(0.0_wp, ghost*losses%held))), released)
-            losses%ghost_penalty = losses%ghost_penalty + 0.5_wp*(ghost + released)
-            losses%held = ghost
+            losses%ghost_penalty = losses%ghost_penalty + 0.5_wp*(ghost + released_by_faces(system))
             held(:system%nodal) = system%load(:system%nodal) - system%load_before(:system%nodal)
             held(system%nodal + 1:) = 0.0_wp
             losses%uncertainty = losses%uncertainty + 0.5_wp*abs(system%dot(held, z))
@@ -375,20 +373,27 @@ contains
       end do
    end function work_in_flow
 
-   !> Work of contact as it was at the step's beginning along the way of the step, of this rank, J.
-   real(wp) function work_of_contact(system) result(work)
-      type(static_system_t), intent(in) :: system
-      real(wp) :: across, force(3)
-      integer :: n
-      work = 0.0_wp
-      associate (contact => system%contact, finest => system%model%levels(size(system%levels)))
-         do n = 1, contact%count
-            if (.not. contact%list(n)%force_before > 0.0_wp) cycle
-            call begin_of(contact, n, force, across)
-            work = work + dot_product(force, contact%way(n, finest%nodes))
+   !> Collective: what the ghost penalty's forces of the last step, which are let go, would do in this one, J;
+   !> those of this step take their place.
+   real(wp) function released_by_faces(system) result(released)
+      type(static_system_t), intent(inout) :: system
+      real(wp), allocatable :: faces(:, :)
+      integer :: l
+      released = 0.0_wp
+      associate (model => system%model, losses => system%model%static_losses)
+         allocate (faces(face_reals, 0))
+         do l = 1, size(model%levels)
+            associate (level => model%levels(l), ghost => system%levels(l)%ghost)
+               if (allocated(losses%faces)) &
+                  released = released + work_of_faces(losses%faces, level, level%nodes)
+               faces = reshape([faces, ghost%forces_of_faces(level, level%nodes)], &
+                               [face_reals, size(faces, 2) + ghost%count])
+            end associate
          end do
+         call move_alloc(faces, losses%faces)
+         released = model%communicator%sum_real(released)
       end associate
-   end function work_of_contact
+   end function released_by_faces
 
    !> What shares of the stress at the step's beginning and at its end do along its way, of this rank, J.
    real(wp) function work_of_stress(system, before, after) result(work)

@@ -158,6 +158,7 @@ contains
       end do
       call set_owners(self%levels, owner)
       call self%connect()
+      if (self%has_statics) call self%static_losses%follow_blocks(self%levels, self%communicator)
       do l = 1, size(self%levels)
          call self%migration(l)%unpack_blocks(self%levels(l))
       end do

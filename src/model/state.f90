@@ -5,14 +5,15 @@
 !> Not of the state: what a run has counted and timed, which a roll-back does not take back.
 module m_state
    use m_kinds, only: wp, i8
-   use m_errors, only: error_t
+   use m_constants, only: exit_files
+   use m_errors, only: error_t, fail
    use m_decomposition, only: blocks_before
    use m_region, only: unpack_region
    use m_tool, only: tool_t
    use m_tool_reactions, only: tool_state_t
    use m_body_pairs, only: body_pairs_t
    use m_pair_reactions, only: state_reals
-   use m_static_losses, only: static_losses_t
+   use m_static_losses, only: face_reals
    use m_model, only: model_t
    use m_energy, only: balance_t, sums_t
    use m_state_store, only: state_store_t
@@ -20,9 +21,10 @@ module m_state
    private
    public :: describe_state, block_state, set_block_state, regions_of, set_regions
 
-   integer, parameter, public :: state_format = 12 !< of checkpoints
+   integer, parameter, public :: state_format = 13 !< of checkpoints
    integer, parameter, public :: block_reals = 13  !< of each block
    integer, parameter :: sums = 12
+   integer(i8), parameter :: most_faces = 2_i8**25 !< of the ghost penalty, of all ranks
 
 contains
 
@@ -33,7 +35,7 @@ contains
       type(balance_t), intent(inout) :: balance
       type(error_t), intent(inout) :: error
       integer(i8) :: counts(5)
-      real(wp) :: clock(5), next(7)
+      real(wp) :: clock(5)
       real(wp), allocatable :: works(:, :)
       associate (comm => model%communicator)
          counts = [model%step, model%moves, comm%sum_count(model%merges), comm%sum_count(model%splits), &
@@ -52,16 +54,7 @@ contains
       model%bounds%particle_speed = clock(3)
       model%lost = clock(4)
       model%last_step = clock(5)
-      if (model%has_statics) then
-         associate (losses => model%static_losses)
-            next = [model%static_step, losses%uncertainty, losses%ghost_penalty, losses%theta, &
-                    losses%impact, losses%held, losses%in_flow]
-         end associate
-         call store%reals('/state/static_step', next, error)
-         model%static_step = next(1)
-         model%static_losses = static_losses_t(uncertainty=next(2), ghost_penalty=next(3), theta=next(4), &
-                                               impact=next(5), held=next(6), in_flow=next(7))
-      end if
+      if (model%has_statics) call describe_statics(store, model, error)
       call describe_balance(store, balance, error)
       allocate (works(4, size(model%levels)))
       works(1, :) = model%effect_step%external_work
@@ -81,6 +74,38 @@ contains
       if (model%contact%active()) call describe_contact(store, model, error)
       if (allocated(model%atoms)) call describe_atoms(store, model, error)
    end subroutine describe_state
+
+   !> What implicit steps keep: the length of the next one, sums of energy, and the forces of the ghost
+   !> penalty of all ranks, of which each takes those of its blocks.
+   subroutine describe_statics(store, model, error)
+      class(state_store_t), intent(inout) :: store
+      type(model_t), intent(inout) :: model
+      type(error_t), intent(inout) :: error
+      integer(i8) :: count(1)
+      logical :: good
+      real(wp) :: next(6)
+      real(wp), allocatable :: faces(:, :)
+      associate (losses => model%static_losses)
+         next = [model%static_step, losses%uncertainty, losses%ghost_penalty, losses%theta, losses%impact, &
+                 losses%in_flow]
+         call store%reals('/state/static_step', next, error)
+         model%static_step = next(1)
+         losses%uncertainty = next(2)
+         losses%ghost_penalty = next(3)
+         losses%theta = next(4)
+         losses%impact = next(5)
+         losses%in_flow = next(6)
+         if (store%writes) faces = losses%all_faces(model%communicator)
+         count = 0
+         if (store%writes) count = size(faces, 2)
+         call store%longs('/state/ghost_faces', count, error)
+         if (.not. store%writes) allocate (faces(face_reals, max(0_i8, min(count(1), most_faces))))
+         if (count(1) > 0) call store%reals('/state/ghost_forces', faces, error)
+         if (store%writes .or. error%happened()) return
+         call losses%keep_own(faces, model%levels, model%communicator%rank, good)
+         if (.not. good) call fail(error, exit_files, 'its ghost penalty does not match its scene')
+      end associate
+   end subroutine describe_statics
 
    !> A box of atoms: places and velocities in LAMMPS's units, to the bit.
    subroutine describe_atoms(store, model, error)
