@@ -61,17 +61,23 @@ contains
    subroutine give_at_rest(model, l, b)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
+      integer :: r(2)
       associate (level => model%levels(l), block => model%levels(l)%blocks(b))
+         r = level%grid%rows
          if (block%has_resting_volume()) then
-            call clear(level%nodes(:, :, :, :, b))
-            level%nodes(1, :, :, :, b) = block%resting_volume
+            if (level%grid%section%is_flat()) then
+               call clear(level%nodes(:, :, :, :, b), reshape([0, tile_last, r, 0, tile_last], [2, 3]))
+            else
+               call clear(level%nodes(:, :, :, :, b))
+            end if
+            level%nodes(1, :, r(1):r(2), :, b) = block%resting_volume(:, r(1):r(2), :)
             return
          end if
          level%gradient(:block%particles%count, :) = 0.0_wp
          call give_to_cells(block%particles%count, block%cells%bin, block%particles%column, level%layout, &
                             frame_of(level, block), level%gradient, level%nodes(:, :, :, :, b), &
                             block%cells%standing)
-         call block%keep_resting_volume(level%nodes(:, :, :, :, b))
+         call block%keep_resting_volume(r, level%nodes(:, :, :, :, b))
       end associate
    end subroutine give_at_rest
 
@@ -82,7 +88,8 @@ contains
       integer, intent(in) :: l, b
       integer :: extent(2, 3)
       extent = model%levels(l)%blocks(b)%cells%extent()
-      if (allocated(model%levels(l)%blocks(b)%cells%standing)) extent = spread([0, tile_last], 2, 3)
+      if (allocated(model%levels(l)%blocks(b)%cells%standing)) &
+         extent = reshape([0, tile_last, model%levels(l)%grid%rows, 0, tile_last], [2, 3])
       associate (a => extent(1, :), z => extent(2, :))
          is_woken = any(abs(model%levels(l)%nodes(2:3, a(1):z(1), a(2):z(2), a(3):z(3), b)) > 0.0_wp)
       end associate

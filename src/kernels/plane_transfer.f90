@@ -30,7 +30,7 @@ contains
       integer :: first, r
       do first = 1, cells%count, chunk
          call set_plane_weights(weights, cells, first, column, layout, frame)
-         associate (list => weights%corners%list)
+         associate (list => weights%list)
             call set_load(load, list, column, layout, frame%cell)
             do r = 1, list%runs
                call add_plane_momentum(load, weights, list%run_first(r), list%run_first(r + 1) - 1, &
@@ -97,7 +97,7 @@ contains
       type(plane_weights_t), intent(in) :: weights
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       integer :: p, r
-      associate (list => weights%corners%list)
+      associate (list => weights%list)
          do p = 1, list%count
             load%force(:, 2, p) = weights%per_radius(p)*load%force(:, 2, p)
          end do
@@ -171,7 +171,7 @@ contains
       integer :: first, n, p, r
       do first = 1, cells%count, chunk
          call set_plane_weights(weights, cells, first, column, layout, frame)
-         associate (list => weights%corners%list)
+         associate (list => weights%list)
             do r = 1, list%runs
                do p = list%run_first(r), list%run_first(r + 1) - 1, group
                   call take_group(weights, p, list%run_place(1, r), list%run_place(3, r), tile, taken)

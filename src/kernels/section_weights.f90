@@ -31,22 +31,25 @@ contains
    !> Slopes along the radius of boxes whose material stands on rings: mean of N' over the ring, which is that
    !> over the box and mean((r - r_p) N')/r_p. With the weights over r_p for the hoop they are what makes a
    !> uniform pressure a force of the surface alone.
-   pure subroutine add_ring_slopes(count, offset, half, radius, slope)
+   pure subroutine add_ring_slopes(count, offset, half, radius, per_cell, slope)
       integer, intent(in) :: count
-      real(wp), intent(in) :: offset(:) !< from the node in the middle, cells
-      real(wp), intent(in) :: half(:)   !< half sizes along the radius, cells
-      real(wp), intent(in) :: radius(:) !< m
-      real(wp), intent(inout) :: slope(:, -1:) !< (:, -1:1), 1/m
-      real(wp) :: from, to, lower, upper
+      real(wp), intent(in), contiguous :: offset(:) !< from the node in the middle, cells
+      real(wp), intent(in), contiguous :: half(:)   !< half sizes along the radius, m
+      real(wp), intent(in), contiguous :: radius(:) !< m
+      real(wp), intent(in) :: per_cell              !< 1/m
+      real(wp), intent(inout), contiguous :: slope(:, -1:) !< (:, -1:1), 1/m
+      real(wp) :: reach, from, to, lower, upper, per_edge
       integer :: p
-      !$omp simd private(from, to, lower, upper)
+      !$omp simd private(reach, from, to, lower, upper, per_edge)
       do p = 1, count
-         from = min(offset(p) - half(p), 0.0_wp)
-         to = min(offset(p) + half(p), 0.0_wp)
-         lower = -(to - from)*(0.5_wp*(from + to) - offset(p))/(2.0_wp*half(p)*radius(p))
-         from = max(offset(p) - half(p), 0.0_wp)
-         to = max(offset(p) + half(p), 0.0_wp)
-         upper = (to - from)*(0.5_wp*(from + to) - offset(p))/(2.0_wp*half(p)*radius(p))
+         reach = half(p)*per_cell
+         per_edge = 0.5_wp/(reach*radius(p))
+         from = min(offset(p) - reach, 0.0_wp)
+         to = min(offset(p) + reach, 0.0_wp)
+         lower = -(to - from)*(0.5_wp*(from + to) - offset(p))*per_edge
+         from = max(offset(p) - reach, 0.0_wp)
+         to = max(offset(p) + reach, 0.0_wp)
+         upper = (to - from)*(0.5_wp*(from + to) - offset(p))*per_edge
          slope(p, -1) = slope(p, -1) + lower
          slope(p, 1) = slope(p, 1) + upper
          slope(p, 0) = slope(p, 0) - (lower + upper)

@@ -79,7 +79,7 @@ contains
       integer :: first
       do first = 1, cells%count, chunk
          call set_plane_weights(weights, cells, first, column, layout, frame)
-         associate (list => weights%corners%list)
+         associate (list => weights%list)
             call set_stress(load, list, force)
             if (layout%section%is_round()) call take_hoop_force(list%count, load%force)
          end associate

@@ -5,11 +5,11 @@ module m_stencil
    use m_constants, only: block_size, short_of
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
-   use m_section_weights, only: set_plane, add_ring_slopes, within_axis
+   use m_section_weights, only: set_plane, add_ring_slopes
    implicit none
    private
-   public :: stencil_t, frame_t, set_stencil, list_chunk, fetch, bin_place, set_places, hat_weights, &
-             gimp_weights
+   public :: stencil_t, frame_t, set_stencil, set_section_axes, list_chunk, fetch, bin_place, set_places, &
+             hat_weights, gimp_weights
 
    integer, parameter, public :: batch = 8    !< particles in one vector
    integer, parameter, public :: chunk = 64 !< particles handled together: their weights stay in the
@@ -82,28 +82,37 @@ contains
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
       real(wp), intent(in) :: node(chunk, 3)
-      real(wp) :: place(chunk), half(chunk), radius(chunk)
+      real(wp) :: radius(chunk)
+      call set_section_axes(stencil, column, layout, frame, node)
+      stencil%offset(:, 2) = 0.0_wp
+      if (layout%section%is_round()) then
+         call fetch(stencil, column(:, layout%position), radius)
+         call set_plane(stencil%count, stencil%weight(:, :, 2), stencil%slope(:, :, 2), radius)
+      else
+         call set_plane(stencil%count, stencil%weight(:, :, 2), stencil%slope(:, :, 2))
+      end if
+   end subroutine set_section
+
+   !> Of a section, along the axes of its plane.
+   pure subroutine set_section_axes(stencil, column, layout, frame, node)
+      type(stencil_t), intent(inout) :: stencil
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      type(frame_t), intent(in) :: frame
+      real(wp), intent(in) :: node(chunk, 3)
+      real(wp) :: place(chunk), half(chunk)
       integer :: axis, n
       n = stencil%count
-      call fetch(stencil, column(:, layout%position), radius)
       do axis = 1, 3, 2
          call fetch(stencil, column(:, layout%half_size + merge(axis - 1, 0, layout%half_sizes)), half)
          if (layout%half_sizes) half(:n) = min(short_of*half(:n), 0.5_wp*frame%cell)
-         if (axis == 1 .and. layout%section%is_round()) &
-            half(:n) = half(:n)*within_axis(radius(:n), half(:n))
          call fetch(stencil, column(:, layout%position + axis - 1), place)
+         if (axis == 1 .and. layout%section%is_round()) half(:n) = min(half(:n), place(:n)) ! not beyond it
          call set_axis(stencil, axis, place(:n), half, node(:, axis), frame)
          if (axis == 1 .and. layout%section%is_round()) &
-            call add_ring_slopes(n, stencil%offset(:, 1), half(:n)*frame%per_cell, radius, &
-                                 stencil%slope(:, :, 1))
+            call add_ring_slopes(n, stencil%offset(:, 1), half, place, frame%per_cell, stencil%slope(:, :, 1))
       end do
-      stencil%offset(:, 2) = 0.0_wp
-      if (layout%section%is_round()) then
-         call set_plane(n, stencil%weight(:, :, 2), stencil%slope(:, :, 2), radius)
-      else
-         call set_plane(n, stencil%weight(:, :, 2), stencil%slope(:, :, 2))
-      end if
-   end subroutine set_section
+   end subroutine set_section_axes
 
    !> Weights, slopes and offsets along one axis.
    pure subroutine set_axis(stencil, axis, place, half, node, frame)

@@ -1,7 +1,7 @@
 !> A block: 8 x 8 x 8 bins, their particles and lists. Its node tiles lie in the level's pools, at its slot.
 module m_block
    use m_kinds, only: wp, i4, i8
-   use m_node_values, only: mass_, p_x
+   use m_node_values, only: mass_, p_x, tile_last
    use m_particle_store, only: particle_store_t
    use m_cell_list, only: cell_list_t
    implicit none
@@ -148,10 +148,14 @@ contains
    end function has_resting_volume
 
    !> While its particles rest, keep the volumes that they have given to the cells of its tile.
-   pure subroutine keep_resting_volume(self, tile)
+   pure subroutine keep_resting_volume(self, rows, tile)
       class(block_t), intent(inout) :: self
+      integer, intent(in) :: rows(2)              !< first and last place along y that anything reaches
       real(wp), intent(in) :: tile(:, 0:, 0:, 0:) !< cell sums of its particles, volume first
-      self%resting_volume = tile(1, :, :, :)
+      if (allocated(self%cells%standing)) return
+      if (.not. allocated(self%resting_volume)) &
+         allocate (self%resting_volume(0:tile_last, 0:tile_last, 0:tile_last), source=0.0_wp)
+      self%resting_volume(:, rows(1):rows(2), :) = tile(1, :, rows(1):rows(2), :)
       self%volume_of = self%particles%state()
    end subroutine keep_resting_volume
 
