@@ -61,7 +61,8 @@ DOMAINS = (
 fields, centre = inputs[0].PointData, np.asarray(inputs[0].Points)
 n = len(centre)
 if "domain" in fields.keys():
-    edges = np.asarray(fields["domain"]).reshape(n, 3, 3) # half edge k is row k
+    # half edge k is row k; VTK's numpy_interface gives nine components as the transpose of that
+    edges = np.asarray(fields["domain"]).reshape(n, 3, 3).transpose(0, 2, 1)
 else:
     edges = np.asarray(fields["half_size"]).reshape(n, -1, 1) * np.eye(3)
 """
@@ -80,7 +81,9 @@ for name in fields.keys():
 )
 
 # Of the section of a body of revolution: each particle's quadrilateral as a ring about the z axis, open
-# towards the view, in so many pieces; what would lie beyond the axis is drawn in to it.
+# towards the view, in so many pieces; what would lie beyond the axis is drawn in to it. Vectors and tensors,
+# whose components in a section are along the radius, the circumference and the axis, are rotated with each
+# piece: 3 components but edge lengths; xx yy zz yz xz xy; three half edges; matrices.
 RINGS = (
     DOMAINS
     + """
@@ -93,8 +96,26 @@ x, y = radius[:, None] * np.cos(angle), radius[:, None] * np.sin(angle)
 points = np.stack(np.broadcast_arrays(x, y, height[:, None]), axis=-1)
 first = 4 * (np.arange(n)[:, None] * (pieces + 1) + np.arange(pieces)[None, :]).reshape(-1, 1)
 make(points.reshape(-1, 3), first + np.arange(8), 12)
+middle = 0.5 * (angle[0, 1:, 0] + angle[0, :-1, 0])
+zero, one = 0 * middle, 0 * middle + 1
+rotation = np.array([[np.cos(middle), -np.sin(middle), zero], [np.sin(middle), np.cos(middle), zero],
+                     [zero, zero, one]])
+order = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]]) # of the six components in a matrix
 for name in fields.keys():
-    output.CellData.append(np.repeat(np.asarray(fields[name]), pieces, axis=0), name)
+    values = np.asarray(fields[name])
+    components = values.size // (n or 1)
+    if components == 3 and name != "half_size":
+        rotated = np.einsum("ijp,nj->npi", rotation, values)
+    elif components == 6:
+        rotated = np.einsum("iap,nab,jbp->npij", rotation, values[:, order], rotation)
+        rotated = rotated[..., [0, 1, 2, 1, 0, 0], [0, 1, 2, 2, 2, 1]]
+    elif name == "domain":
+        rotated = np.einsum("ijp,nkj->npki", rotation, edges)
+    elif components == 9:
+        rotated = np.einsum("iap,nba,jbp->npij", rotation, values, rotation)
+    else:
+        rotated = np.repeat(values, pieces, axis=0)
+    output.CellData.append(np.ascontiguousarray(rotated).reshape(-1, components).squeeze(), name)
 """
 )
 RING_PIECES, RING_START, RING_STOP = 2_000_000, -0.5 * math.pi, math.pi  # cells at most; rad

@@ -2,6 +2,7 @@
 snapshot, against formulas.
 
 pvpython paraview_scene.py RUN...
+pvpython paraview_scene.py --rings RUN           of a section: vectors and tensors go round with the rings
 pvpython paraview_scene.py --load STATE PICTURE   only draws a state that was written (needs a display)
 """
 
@@ -14,10 +15,12 @@ import numpy as np
 from paraview import simple
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
+import checks
 from gimp3d import paraview_scene
-from checks import faults, require
 
-# of the tools at a time, m (no `min` here: programmable filters put another in its place)
+# A programmable filter puts numpy's names in the place of those of this script that are the same (ParaView
+# 5.11: min, require and near were other functions after the first one): so checks.require, not require.
+# Of the tools at a time, m.
 TRAVEL = {
     "sphere": lambda t: 20 * t,
     "large": lambda t: 10 * t,
@@ -32,7 +35,7 @@ TRAVEL = {
 def near(values, expected, tolerance, sentence):
     values, expected = np.broadcast_arrays(values, expected)
     off = np.abs(values - expected).max() if values.size else np.inf
-    require(f"{sentence}: off by {off:.3g}", off <= tolerance)
+    checks.require(f"{sentence}: off by {off:.3g}", off <= tolerance)
 
 
 def off_surface(name, across, height):
@@ -64,9 +67,9 @@ def check_tool(name, tool, proxy, time):
     way = points - np.array(tool["tip"]) - TRAVEL[name](time) * axis
     height = -way @ axis
     where = f"{name} at {time:g} s"
-    require(f"{where} is inside the symmetry sides: {points.min(axis=0)}", points[:, :2].min() > -1e-6)
+    checks.require(f"{where} is inside the symmetry sides: {points.min(axis=0)}", points[:, :2].min() > -1e-6)
     near(height.min(), 0, 1e-6, f"{where}: its tip")
-    require(f"{where}: is {height.max()} m high", height.max() > 0.4)
+    checks.require(f"{where}: is {height.max()} m high", height.max() > 0.4)
     # rounded surfaces are cut where their flat pieces are
     near(
         off_surface(name, way + height[:, None] * axis, height),
@@ -80,9 +83,11 @@ def check_particles(scene, time):
     snapshot = paraview_scene.leaf(scene.snapshots)
     grid = paraview_scene.leaf(scene.particles)
     points, cells = snapshot.GetPointData(), grid.GetCellData()
-    require(f"{grid.GetNumberOfCells()} cells", grid.GetNumberOfCells() == snapshot.GetNumberOfPoints() > 100)
+    checks.require(
+        f"{grid.GetNumberOfCells()} cells", grid.GetNumberOfCells() == snapshot.GetNumberOfPoints() > 100
+    )
     names = sorted(points.GetArrayName(n) for n in range(points.GetNumberOfArrays()))
-    require(
+    checks.require(
         "fields of the cells",
         names == sorted(cells.GetArrayName(n) for n in range(cells.GetNumberOfArrays())),
     )
@@ -99,6 +104,8 @@ def check_particles(scene, time):
         half = vtk_to_numpy(points.GetArray("half_size")).reshape(len(corners), -1)
         near(np.ptp(corners, axis=1), 2 * half, 1e-9, f"edges at {time:g} s")
         return
+    edges = (corners[:, [1, 3, 4]] - corners[:, :1]) / 2
+    near(edges, vtk_to_numpy(points.GetArray("domain")).reshape(-1, 3, 3), 1e-6, f"half edges at {time:g} s")
     sizes = simple.CellSize(Input=scene.particles, ComputeVertexCount=0, ComputeLength=0, ComputeArea=0)
     sizes.UpdatePipeline(time)
     volume = vtk_to_numpy(paraview_scene.leaf(sizes).GetCellData().GetArray("Volume"))
@@ -108,10 +115,10 @@ def check_particles(scene, time):
 def check_run(directory):
     print(directory)
     run = paraview_scene.Run(Path(directory))
-    require(f"{len(run.times)} snapshots", len(run.times) == 3)
+    checks.require(f"{len(run.times)} snapshots", len(run.times) == 3)
     scene = paraview_scene.Scene(run)
     tools = {tool["name"][0]: tool for tool in run.case.get("tool", [])}
-    require(f"tools {list(scene.tools)}", list(scene.tools) == list(tools))
+    checks.require(f"tools {list(scene.tools)}", list(scene.tools) == list(tools))
     for time in run.times.values():
         scene.particles.UpdatePipeline(time)
         check_particles(scene, time)
@@ -121,16 +128,43 @@ def check_run(directory):
                 check_tool(name, tools[name], drawn, time)
 
 
+def check_rings(directory):
+    print(directory)
+    scene = paraview_scene.Scene(paraview_scene.Run(Path(directory)))
+    points, grid = (paraview_scene.leaf(part) for part in (scene.snapshots, scene.particles))
+    points, cells = points.GetPointData(), grid.GetCellData()
+    n = points.GetArray("velocity").GetNumberOfTuples()
+    pieces = grid.GetNumberOfCells() // n
+    corners = vtk_to_numpy(grid.GetPoints().GetData()).reshape(n, pieces + 1, 4, 3)
+    radial = (corners[:, 1:] + corners[:, :-1]).mean(axis=2) * [1, 1, 0]
+    radial /= np.linalg.norm(radial, axis=2)[..., None]
+    around = np.stack([-radial[..., 1], radial[..., 0], 0 * radial[..., 0]], axis=2)
+    axes = np.stack([radial, around, 0 * radial + [0, 0, 1]], axis=2)
+    velocity = vtk_to_numpy(cells.GetArray("velocity")).reshape(n, pieces, 3)
+    of_section = vtk_to_numpy(points.GetArray("velocity"))
+    checks.require("the section moves along its radius", np.abs(of_section[:, 0]).max() > 1)
+    near(np.einsum("npai,npi->npa", axes, velocity), of_section[:, None], 1e-3, "velocities")
+    order = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
+    stress = vtk_to_numpy(cells.GetArray("stress")).reshape(n, pieces, 6)[..., order]
+    of_section = vtk_to_numpy(points.GetArray("stress"))[:, None, order]
+    scale = np.abs(of_section).max()
+    near(np.einsum("npai,npij,npbj->npab", axes, stress, axes) / scale, of_section / scale, 1e-5, "stresses")
+    edges = vtk_to_numpy(cells.GetArray("domain")).reshape(n, pieces, 3, 3)
+    of_section = vtk_to_numpy(points.GetArray("domain")).reshape(n, 1, 3, 3)
+    near(np.einsum("npai,npki->npka", axes, edges), of_section, 1e-9, "domains")
+
+
 def main():
     if sys.argv[1] == "--load":
         simple.LoadState(sys.argv[2])
         simple.SaveScreenshot(sys.argv[3], simple.GetActiveView(), ImageResolution=[1200, 900])
         return 0
-    for directory in sys.argv[1:]:
-        check_run(directory)
+    check, runs = (check_rings, sys.argv[2:]) if sys.argv[1] == "--rings" else (check_run, sys.argv[1:])
+    for directory in runs:
+        check(directory)
         simple.ResetSession()
-    print(f"{len(faults)} wrong")
-    return 1 if faults else 0
+    print(f"{len(checks.faults)} wrong")
+    return 1 if checks.faults else 0
 
 
 status = main()
