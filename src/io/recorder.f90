@@ -248,7 +248,7 @@ contains
             area = 0.0_wp
             if (any(abs(state%load) > 0.0_wp)) &
                area = projected_area(model%communicator, tool, model%levels(size(model%levels)), &
-                                     model%materials, model%contact%candidates%carried + n - 1)
+                                     model%materials, model%contact%candidates, n)
             call self%histories(1 + n)%append([model%time, tool%depth(), state%load, area, state%overlap, &
                                                tool%point, tool%orientation, tool%velocity, tool%spin, &
                                                state%moment, model%contact%candidates%deepest(n)], error)
@@ -356,7 +356,7 @@ contains
             call write_outline(model%communicator, self%directory, tool%spec%name, self%title, model%time, &
                                int(model%step), outline_under(model%communicator, tool, &
                                model%levels(size(model%levels)), model%materials, &
-                               model%contact%candidates%carried + n - 1), error)
+                               model%contact%candidates, n), error)
          end associate
       end do
    end subroutine record_outlines

@@ -14,9 +14,10 @@ module m_contact_area
    use m_scene_materials, only: materials_t
    use m_level, only: level_t
    use m_surface_points, only: surface_point_t, squares_t, sorted_in_squares, find_neighbours
-   use m_contact_edge, only: find_edges, ahead
+   use m_contact_edge, only: edges_t, find_edges, ahead
    use m_contact_cover, only: mirror_t, beside, beyond_mirror, covers, between, area_of_section
    use m_face_gap, only: find_gap, list_near
+   use m_candidates, only: candidates_t
    implicit none
    private
    public :: projected_area, area_of, mirror_t, patch_t, patch_under, patch_of
@@ -48,28 +49,29 @@ module m_contact_area
 contains
 
    !> Collective: the area (m2) of a tool's contact across its axis, of the modelled part.
-   real(wp) function projected_area(communicator, tool, level, materials, carried) result(area)
+   real(wp) function projected_area(communicator, tool, level, materials, candidates, number) result(area)
       type(communicator_t), intent(in) :: communicator
       type(tool_t), intent(in) :: tool
       type(level_t), intent(inout) :: level !< the finest; its lists of cells are brought up to date
       type(materials_t), intent(in) :: materials
-      integer, intent(in) :: carried        !< column of the gaps to this tool that are carried on: not 0 of
-                                            !< points that it presses or has just pressed
-      area = area_of(communicator, patch_under(communicator, tool, level, materials, carried), &
+      type(candidates_t), intent(in) :: candidates !< of contact: columns of gaps and pressures, moduli
+      integer, intent(in) :: number                !< of the tool
+      area = area_of(communicator, patch_under(communicator, tool, level, materials, candidates, number), &
                      level%grid%cell)
    end function projected_area
 
    !> Collective: the contact of a tool; arguments as of projected_area.
-   type(patch_t) function patch_under(communicator, tool, level, materials, carried) result(patch)
+   type(patch_t) function patch_under(communicator, tool, level, materials, candidates, number) result(patch)
       type(communicator_t), intent(in) :: communicator
       type(tool_t), intent(in) :: tool
       type(level_t), intent(inout) :: level
       type(materials_t), intent(in) :: materials
-      integer, intent(in) :: carried
+      type(candidates_t), intent(in) :: candidates
+      integer, intent(in) :: number
       type(surface_point_t), allocatable :: points(:)
       real(wp) :: across(3, 2)
       across = tangents(tool%spec%axis)
-      call gather(communicator, points_near(tool, level, materials, carried, across), points)
+      call gather(communicator, points_near(tool, level, materials, candidates, number, across), points)
       patch = patch_of(points, mirrors_of(level, tool, across), level%grid%cell)
       patch%section = level%grid%section
       if (patch%section%is_flat()) &
@@ -114,14 +116,14 @@ contains
    end function patch_of
 
    !> This rank's particles whose faces are near a tool.
-   function points_near(tool, level, materials, carried, across) result(points)
+   function points_near(tool, level, materials, candidates, number, across) result(points)
       type(tool_t), intent(in) :: tool
       type(level_t), intent(inout) :: level
       type(materials_t), intent(in) :: materials
-      integer, intent(in) :: carried
+      type(candidates_t), intent(in) :: candidates
+      integer, intent(in) :: number
       real(wp), intent(in) :: across(3, 2)
-      type(surface_point_t), allocatable :: points(:)
-      type(surface_point_t), allocatable :: found(:)
+      type(surface_point_t), allocatable :: points(:), found(:)
       real(wp) :: gap, edge, normal(3), thickness, back(3), place(3)
       integer, allocatable :: near(:)
       integer :: b, count, n
@@ -147,7 +149,14 @@ contains
                   place = column(near(n), x:x + 2) - tool%spec%penetration_factor*thickness*normal &
                           /(1.0_wp + abs(dot_product(normal, tool%spec%axis)))
                   found(count) = surface_point_t(matmul(place, across), gap, edge)
-                  if (abs(column(near(n), carried)) > 0.0_wp) found(count)%pressed = 1.0_wp
+                  ! a gap that is carried on: it is pressed, or has just been
+                  if (abs(column(near(n), candidates%carried + number - 1)) > 0.0_wp) then
+                     found(count)%pressed = 1.0_wp
+                     found(count)%traction = column(near(n), candidates%pressure)
+                  end if
+                  if (candidates%compliance_of(level, materials, b, near(n), edge) > 0.0_wp) &
+                     found(count)%modulus &
+                        = candidates%modulus(materials%of_body(block%particles%body(near(n))))
                   found(count)%slope = matmul(normal, across)
                   found(count)%slope = found(count)%slope/max(norm2(found(count)%slope), tiny(1.0_wp))
                   associate (s => column(near(n), level%layout%stress:level%layout%stress + 5))
@@ -341,10 +350,10 @@ contains
       real(wp), intent(in) :: cell !< m
       type(mirror_t), intent(in) :: mirrors(:)
       integer, intent(in) :: rank, ranks
-      real(wp) :: low(2), high(2), place(2), edge, width, outwards(2, size(points)), back(size(points))
-      logical :: known(size(points))
+      real(wp) :: low(2), high(2), place(2), edge, width
+      type(edges_t) :: edges
       integer :: squares_along(2), i, j, n, near(size(points))
-      call find_edges(points, squares, in_contact, cell, known, outwards, back)
+      edges = find_edges(points, squares, in_contact, cell)
       edge = sum(points%edge, mask=in_contact)/count(in_contact)
       low = [minval(points%place(1), mask=in_contact), minval(points%place(2), mask=in_contact)] - edge
       high = [maxval(points%place(1), mask=in_contact), maxval(points%place(2), mask=in_contact)] + edge
@@ -355,7 +364,7 @@ contains
          do i = 0, squares_along(1) - 1
             place = low + width*([i, j] + 0.5_wp)
             if (beyond_mirror(mirrors, place)) cycle
-            if (covers(points, squares, in_contact, known, outwards, back, edge, place, near)) n = n + 1
+            if (covers(points, squares, in_contact, edges, edge, place, near)) n = n + 1
          end do
       end do
       counted = n*width**2

@@ -4,7 +4,7 @@ module m_contact_cover
    use m_kinds, only: wp
    use m_section, only: section_t
    use m_surface_points, only: surface_point_t, squares_t, find_neighbours
-   use m_contact_edge, only: find_edges
+   use m_contact_edge, only: edges_t, find_edges
    implicit none
    private
    public :: mirror_t, beyond_mirror, covers, between, area_of_section
@@ -15,7 +15,6 @@ module m_contact_cover
    end type mirror_t
 
    real(wp), parameter, public :: beside = 0.75_wp !< edges, seen along the axis
-   real(wp), parameter :: sight = 1.2_wp    !< edges: so far a point outside says where the edge is
    integer, parameter :: on_line = 64       !< the area of a section is counted in steps of 1/64 edge
 
 contains
@@ -29,16 +28,17 @@ contains
    end function beyond_mirror
 
    !> True of a place that the contact covers.
-   logical function covers(points, squares, in_contact, known, outwards, back, edge, place, near)
+   logical function covers(points, squares, in_contact, edges, edge, place, near)
       type(surface_point_t), intent(in) :: points(:)
       type(squares_t), intent(in) :: squares
-      logical, intent(in) :: in_contact(:), known(:)
-      real(wp), intent(in) :: outwards(:, :), back(:) !< as of find_edges
-      real(wp), intent(in) :: edge, place(2) !< m
+      logical, intent(in) :: in_contact(:)
+      type(edges_t), intent(in) :: edges
+      real(wp), intent(in) :: edge     !< of the particles, m
+      real(wp), intent(in) :: place(2) !< m
       integer, intent(inout) :: near(:) !< work
       real(wp) :: distance, nearest, nearest_out
       integer :: found, m, p, out
-      call find_neighbours(points, squares, place, sight*edge, near, found)
+      call find_neighbours(points, squares, place, max(edge, edges%farthest), near, found)
       covers = .false.
       out = 0
       nearest = huge(nearest)
@@ -48,12 +48,12 @@ contains
          distance = norm2(points(p)%place - place)
          if (distance < nearest) covers = in_contact(p) .and. distance < beside*edge
          nearest = min(nearest, distance)
-         if (.not. known(p) .or. distance >= nearest_out) cycle
+         if (.not. edges%known(p) .or. distance >= min(nearest_out, edges%sight(p))) cycle
          nearest_out = distance
          out = p
       end do
-      if (out > 0) covers = nearest < edge .and. dot_product(points(out)%place - place, outwards(:, out)) &
-                                                 > back(out)
+      if (out > 0) covers = nearest < edge .and. dot_product(points(out)%place - place, &
+                                                             edges%outwards(:, out)) > edges%back(out)
    end function covers
 
    !> Of points on the line of a section, those that have others in contact near on both sides.
@@ -87,10 +87,10 @@ contains
       type(mirror_t), intent(in) :: mirrors(:)
       type(section_t), intent(in) :: section
       real(wp), intent(in) :: cell !< m
-      real(wp) :: along(2), low, high, edge, width, at, outwards(2, size(points)), back(size(points))
-      logical :: known(size(points))
+      real(wp) :: along(2), low, high, edge, width, at
+      type(edges_t) :: edges
       integer :: i, near(size(points)), steps
-      call find_edges(points, squares, in_contact, cell, known, outwards, back)
+      edges = find_edges(points, squares, in_contact, cell)
       along = 0.0_wp ! the points lie on it; the other direction is across the section
       along(maxloc([maxval(abs(points%place(1))), maxval(abs(points%place(2)))], dim=1)) = 1.0_wp
       edge = sum(points%edge, mask=in_contact)/count(in_contact)
@@ -102,8 +102,7 @@ contains
       do i = 0, steps - 1
          at = low + width*(i + 0.5_wp)
          if (beyond_mirror(mirrors, at*along)) cycle
-         if (covers(points, squares, in_contact, known, outwards, back, edge, &
-                    at*along, near)) &
+         if (covers(points, squares, in_contact, edges, edge, at*along, near)) &
             area = area + width*section%depth(abs(at))
       end do
    end function area_of_section

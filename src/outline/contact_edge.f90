@@ -1,17 +1,30 @@
-!> Where a contact ends, from the gap that opens beyond it (theory.md, eq. contact-edge). A grid does not bend
-!> within a cell as sharply as the surface beside a lip, so that the gap is sought as the grid shows it.
+!> Where a contact ends, from the gap that opens beyond it (theory.md, eq. contact-edge), and where single
+!> pressures are right from these too (eq. edge-field). A grid does not bend within a cell as sharply as the
+!> surface beside a lip, so that the gap is sought as the grid shows it.
 module m_contact_edge
    use m_kinds, only: wp
    use m_surface_points, only: surface_point_t, squares_t, find_neighbours
+   use m_edge_field, only: fit_field, inside
    implicit none
    private
-   public :: find_edges, ahead
+   public :: edges_t, find_edges, ahead
+
+   !> Where the contact ends as each point beside it sees it.
+   type :: edges_t
+      logical, allocatable :: known(:)      !< (points): where something is known
+      real(wp), allocatable :: outwards(:, :) !< (2, points): unit vectors up the gap
+      real(wp), allocatable :: back(:)      !< from the point against them to the edge, m; below 0: beyond it
+      real(wp), allocatable :: sight(:)     !< so far a point says where the edge is, m
+      real(wp) :: farthest = 0.0_wp         !< no known point's sight is longer
+   end type edges_t
 
    real(wp), parameter :: ahead = 2.0_wp   !< cells: so far beyond a point its gap is looked at,
    real(wp), parameter :: behind = 1.0_wp  !< so far towards the contact,
    real(wp), parameter :: aside = 0.75_wp  !< and so far across
+   real(wp), parameter :: strip = 0.5_wp   !< cells: so far across where pressures count
    real(wp), parameter :: beside = 1.2_wp  !< cells: a point is beside a contact from which it is so far
    real(wp), parameter :: rounded = 0.5_wp !< cells: half width of the hat with which a gap is smoothed
+   real(wp), parameter :: sees = 1.2_wp    !< edges: so far a point outside says where the edge is
    integer, parameter :: fewest = 3        !< points with gaps that say where the edge is
    integer, parameter :: powers = 5        !< of the distance, between 1 (a wedge, of what has flowed) and 3/2
                                            !< (an elastic surface) with which gaps open
@@ -22,37 +35,45 @@ module m_contact_edge
 contains
 
    !> For each point beside a contact, where the contact ends as seen from it.
-   subroutine find_edges(points, squares, in_contact, cell, known, outwards, back)
+   function find_edges(points, squares, in_contact, cell) result(edges)
       type(surface_point_t), intent(in) :: points(:)
       type(squares_t), intent(in) :: squares
       logical, intent(in) :: in_contact(:)
       real(wp), intent(in) :: cell         !< m
-      logical, intent(out) :: known(:)     !< where something is known
-      real(wp), intent(out) :: outwards(:, :) !< (2, points): unit vectors up the gap
-      real(wp), intent(out) :: back(:)     !< from the point against them to the edge, m; below 0 if beyond it
+      type(edges_t) :: edges
       real(wp), allocatable :: opening(:, :)
       integer :: near(size(points)), n, p
-      outwards = 0.0_wp
-      back = 0.0_wp
-      known = .false.
+      allocate (edges%known(size(points)), source=.false.)
+      allocate (edges%back(size(points)), source=0.0_wp)
+      allocate (edges%outwards(2, size(points)), source=0.0_wp)
+      allocate (edges%sight(size(points)), source=sees*sum(points%edge, mask=in_contact)/count(in_contact))
       opening = openings()
       do p = 1, size(points)
          if (in_contact(p)) cycle
          if (points(p)%beside > 0.0_wp) then ! the tool itself ends there
-            outwards(:, p) = points(p)%outwards
-            back(p) = points(p)%beside
-            known(p) = .true.
+            edges%outwards(:, p) = points(p)%outwards
+            edges%back(p) = points(p)%beside
+            edges%known(p) = .true.
             cycle
          end if
          call find_neighbours(points, squares, points(p)%place, beside*cell, near, n)
          if (.not. any(in_contact(near(:n)))) cycle
-         outwards(:, p) = up_the_gap(points, near(:n), p)
-         if (.not. norm2(outwards(:, p)) > 0.0_wp) cycle
+         edges%outwards(:, p) = up_the_gap(points, near(:n), p)
+         if (.not. norm2(edges%outwards(:, p)) > 0.0_wp) cycle
+         call find_neighbours(points, squares, points(p)%place, norm2([beside + inside, strip])*cell, near, n)
+         if (all(points(near(:n))%modulus > 0.0_wp)) then
+            call fit_pressures(points(near(:n)), in_contact(near(:n)), points(p)%place, &
+                               edges%outwards(:, p), cell, edges%known(p), edges%back(p))
+            ! points may press beyond the edge, across gaps
+            edges%sight(p) = edges%sight(p) + max(0.0_wp, edges%back(p))
+            if (edges%known(p)) cycle
+         end if
          call find_neighbours(points, squares, points(p)%place, norm2([ahead, aside])*cell, near, n)
-         call fit(points(near(:n)), in_contact(near(:n)), points(p)%place, outwards(:, p), cell, opening, &
-                  known(p), back(p))
+         call fit(points(near(:n)), in_contact(near(:n)), points(p)%place, edges%outwards(:, p), cell, &
+                  opening, edges%known(p), edges%back(p))
       end do
-   end subroutine find_edges
+      edges%farthest = maxval([0.0_wp, edges%sight], mask=[.true., edges%known])
+   end function find_edges
 
    !> Unit vector along which the gap grows, from those of a point and its neighbours; 0 where it does not.
    pure function up_the_gap(points, near, p) result(direction)
@@ -68,6 +89,34 @@ contains
       end do
       direction = direction/max(norm2(direction), tiny(1.0_wp))
    end function up_the_gap
+
+   !> The edge whose field fits the pressures and gaps before and behind a place best.
+   subroutine fit_pressures(points, in_contact, place, outwards, cell, known, back)
+      type(surface_point_t), intent(in) :: points(:)
+      logical, intent(in) :: in_contact(:)
+      real(wp), intent(in) :: place(2), outwards(2), cell !< m
+      logical, intent(out) :: known
+      real(wp), intent(out) :: back !< m
+      real(wp), dimension(size(points)) :: along, face, gap, pressure
+      real(wp) :: edge, way(2)
+      logical :: pressed(size(points))
+      integer :: m, n
+      n = 0
+      do m = 1, size(points)
+         if (points(m)%beside > 0.0_wp) cycle
+         way = (points(m)%place - place)/cell
+         if (abs(way(1)*outwards(2) - way(2)*outwards(1)) > strip) cycle
+         if (dot_product(way, outwards) > ahead) cycle
+         n = n + 1
+         along(n) = dot_product(way, outwards)
+         pressed(n) = in_contact(m)
+         gap(n) = merge(0.0_wp, points(m)%gap/cell, pressed(n))
+         pressure(n) = points(m)%traction/points(m)%modulus
+         face(n) = points(m)%edge/cell
+      end do
+      call fit_field(along(:n), gap(:n), pressure(:n), face(:n), pressed(:n), edge, known)
+      back = merge(-edge*cell, 0.0_wp, known)
+   end subroutine fit_pressures
 
    !> The edge from which a gap opens that fits the gaps before and behind a place best, by least squares.
    subroutine fit(points, in_contact, place, outwards, cell, opening, known, back)

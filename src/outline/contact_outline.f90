@@ -8,7 +8,8 @@ module m_contact_outline
    use m_tool, only: tool_t
    use m_scene_materials, only: materials_t
    use m_level, only: level_t
-   use m_contact_edge, only: find_edges
+   use m_contact_edge, only: edges_t, find_edges
+   use m_candidates, only: candidates_t
    use m_contact_area, only: patch_t, patch_under
    implicit none
    private
@@ -23,18 +24,20 @@ contains
 
    !> Collective: the points (3, :) of the outline of a tool's contact, m, of the modelled part, in order
    !> around its middle; none where there is no contact. Arguments as of projected_area.
-   function outline_under(communicator, tool, level, materials, carried) result(outline)
+   function outline_under(communicator, tool, level, materials, candidates, number) result(outline)
       type(communicator_t), intent(in) :: communicator
       type(tool_t), intent(in) :: tool
       type(level_t), intent(inout) :: level
       type(materials_t), intent(in) :: materials
-      integer, intent(in) :: carried
+      type(candidates_t), intent(in) :: candidates
+      integer, intent(in) :: number
       real(wp), allocatable :: outline(:, :)
       real(wp), allocatable :: edge(:, :)
       real(wp) :: across(3, 2)
       integer :: n
       across = tangents(tool%spec%axis)
-      edge = outline_of(patch_under(communicator, tool, level, materials, carried), level%grid%cell)
+      edge = outline_of(patch_under(communicator, tool, level, materials, candidates, number), &
+                        level%grid%cell)
       allocate (outline(3, size(edge, 2)))
       do n = 1, size(edge, 2)
          outline(:, n) = on_tool(tool, matmul(across, edge(:, n)), level%grid%cell)
@@ -46,20 +49,21 @@ contains
       type(patch_t), intent(in) :: patch
       real(wp), intent(in) :: cell !< m
       real(wp), allocatable :: edge(:, :)
-      real(wp) :: outwards(2, size(patch%points)), back(size(patch%points)), middle(2)
-      logical :: known(size(patch%points))
+      type(edges_t) :: edges
+      real(wp) :: middle(2)
       integer :: k, m, n, p
       allocate (edge(2, 0))
       if (.not. any(patch%in_contact)) return
-      call find_edges(patch%points, patch%squares, patch%in_contact, cell, known, outwards, back)
-      edge = reshape([(patch%points(p)%place - back(p)*outwards(:, p), p=1, size(known))], [2, size(known)])
+      edges = find_edges(patch%points, patch%squares, patch%in_contact, cell)
+      edge = reshape([(patch%points(p)%place - edges%back(p)*edges%outwards(:, p), p=1, size(edges%known))], &
+                     [2, size(edges%known)])
       do k = 1, size(patch%mirrors)
          associate (mirror => patch%mirrors(k))
-            known = known .and. matmul(mirror%normal, edge) > mirror%from
+            edges%known = edges%known .and. matmul(mirror%normal, edge) > mirror%from
          end associate
       end do
-      n = count(known)
-      edge = reshape(pack(edge, spread(known, 1, 2)), [2, n])
+      n = count(edges%known)
+      edge = reshape(pack(edge, spread(edges%known, 1, 2)), [2, n])
       do m = 1, 2
          middle(m) = sum(patch%points%place(m), mask=patch%in_contact)/count(patch%in_contact)
       end do

@@ -16,6 +16,9 @@ module m_surface_points
       real(wp) :: slope(2) = 0.0_wp !< unit vector across the axis along the tool's normal; 0 on the axis
       real(wp) :: pressure = 0.0_wp !< of its particle along that normal, Pa
       real(wp) :: outwards(2) = 0.0_wp !< unit vector across the axis from there away from the tool
+      real(wp) :: traction = 0.0_wp !< pressure of the tool on it, Pa
+      real(wp) :: modulus = 0.0_wp  !< of the half-space, where what is below a cell gives way, so that single
+                                    !< pressures are right, Pa; else 0
    end type surface_point_t
 
    !> Points by the squares of a cell's width in which they lie.

@@ -179,7 +179,7 @@ contains
          if (scene%output%present) &
             area = projected_area(model%communicator, model%contact%tools(f), &
                                   model%levels(size(model%levels)), model%materials, &
-                                  model%contact%candidates%carried + f - 1)
+                                  model%contact%candidates, f)
       end do
       do f = 1, size(probes)
          if (scene%output%present) call read_probe(model, probes(f), position, stress, strain, recovered)

@@ -4,7 +4,9 @@
 !> angles, the whole and a quarter of it between two mirrors, on all ranks the same; surfaces as they are, and
 !> between nodes that have their gaps: what a grid holds lies between the two. Points that hover inside
 !> count, buried ones do not; a ring has a hole; what hovers and bears pressure beside the ridges of a pyramid
-!> counts; nothing pressed is no area. The outline of a disc is a circle, of a quarter its part between the
+!> counts; nothing pressed is no area. Under a sphere and a cone whose pressures are known as well (Hertz,
+!> Sneddon) the area is within 4 % on three cells and within 2 % on five and eight; with a modulus that is
+!> wrong by a factor of two it is not. The outline of a disc is a circle, of a quarter its part between the
 !> mirrors from one to the other.
 program contact_area
    use m_kinds, only: wp
@@ -23,6 +25,9 @@ program contact_area
    call discs(8.0_wp, .false., [0.02_wp, 0.01_wp])
    call discs(5.0_wp, .true., [0.05_wp, 0.03_wp])
    call discs(8.0_wp, .true., [0.035_wp, 0.03_wp])
+   call elastic(3.0_wp, 0.04_wp)
+   call elastic(5.0_wp, 0.02_wp)
+   call elastic(8.0_wp, 0.02_wp)
    call outlines()
    call ring()
    call ridges()
@@ -110,6 +115,91 @@ contains
                                        'disc: a quarter')
       end do
    end subroutine discs
+
+   !> Largest error of the area under a sphere and a cone of an elastic half-space, over many lattices,
+   !> between nodes that have the gaps; and with a wrong modulus.
+   subroutine elastic(radius, bound)
+      real(wp), intent(in) :: radius, bound
+      real(wp) :: error, largest(2), place(2)
+      integer :: law, m, n
+      integer, parameter :: sphere = 1, cone = 2
+      do law = sphere, cone
+         largest = 0.0_wp
+         do n = 1, 24
+            place = [mod(0.381966_wp*n, 1.0_wp), mod(0.7548777_wp*n, 1.0_wp)]*edge
+            do m = 1, 2
+               error = area_of(half_space(radius, law, place, 0.1_wp*n, real(m, wp)), whole()) &
+                       /(pi*radius**2) - 1.0_wp
+               largest(m) = max(largest(m), abs(error))
+            end do
+         end do
+         if (comm%is_root()) print '(3x,a,i0,a,f4.1,a,2f7.2,a)', 'elastic, law ', law, ', ', radius, &
+            ' cells: largest error ', 100*largest, ' % (the latter with a wrong modulus)'
+         call test%check(largest(1) < bound, 'elastic: largest error')
+         call test%check(largest(2) > bound, 'elastic: a wrong modulus is seen')
+      end do
+   end subroutine elastic
+
+   !> Points of a half-space (modulus 1) under a sphere or a cone; with `modulus` they say they are of
+   !> another.
+   function half_space(radius, law, place, angle, modulus) result(points)
+      real(wp), intent(in) :: radius, place(2), angle, modulus
+      integer, intent(in) :: law
+      type(surface_point_t), allocatable :: points(:)
+      type(surface_point_t) :: found(41*41)
+      real(wp) :: at(2), gap, share(2)
+      integer :: a, b, i, j, n, node(2)
+      n = 0
+      do j = -20, 20
+         do i = -20, 20
+            at = edge*[i, j] + place
+            n = n + 1
+            found(n) = surface_point_t(turned(at, angle), 0.0_wp, edge, 1.0_wp)
+            found(n)%modulus = modulus
+            do b = -2, 2
+               do a = -2, 2
+                  found(n)%traction = found(n)%traction &
+                                      + pressure_at(norm2(at + 0.2_wp*edge*[a, b]), radius, law)/25.0_wp
+               end do
+            end do
+            if (norm2(at) < radius) cycle
+            node = floor(at/cell)
+            gap = 0.0_wp
+            do b = 0, 1
+               do a = 0, 1
+                  share = 1.0_wp - abs(at/cell - (node + [a, b]))
+                  gap = gap + product(share)*opening_at(norm2(cell*(node + [a, b])), radius, law)
+               end do
+            end do
+            found(n)%gap = gap
+            if (.not. found(n)%traction > 0.0_wp) found(n)%pressed = 0.0_wp
+         end do
+      end do
+      points = pack(found(:n), found(:n)%gap < cell)
+   end function half_space
+
+   !> Pressure under a sphere and a cone (Johnson 1985, eqs 3.39 and 5.8), over the modulus.
+   pure real(wp) function pressure_at(r, a, law) result(pressure)
+      real(wp), intent(in) :: r, a
+      integer, intent(in) :: law
+      pressure = 0.0_wp
+      if (r >= a) return
+      pressure = 0.1_wp*merge(sqrt(1.0_wp - (r/a)**2), acosh(a/max(r, 0.01_wp)), law == 1)
+   end function pressure_at
+
+   !> The gap beside it.
+   pure real(wp) function opening_at(r, a, law) result(gap)
+      real(wp), intent(in) :: r, a
+      integer, intent(in) :: law
+      gap = 0.0_wp
+      if (r <= a) return
+      if (law == 1) then
+         gap = 0.1_wp/(2*a)*((2*a**2 - r**2)*asin(a/r) + a*sqrt(r**2 - a**2)) &
+               + 0.05_wp*pi*(0.5_wp*r**2 - a**2)/a
+      else
+         gap = 0.2_wp*a*(asin(a/r) + sqrt((r/a)**2 - 1.0_wp) - 0.5_wp*pi)
+      end if
+   end function opening_at
 
    !> A lattice of points, turned and shifted: pressed within a radius, but for every third, which hovers by
    !> up to 0.02 cells; outside with gaps by one of two laws; and a second layer half an edge below.

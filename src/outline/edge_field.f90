@@ -1,0 +1,113 @@
+!> Where an elastic contact ends, from the pressures inside and the gaps outside together (theory.md, eq.
+!> edge-field): on both sides of an edge they are one function, the square root of the distance, so that the
+!> edge lies between what is known on either side.
+module m_edge_field
+   use m_kinds, only: wp
+   implicit none
+   private
+   public :: fit_field, inside
+
+   real(wp), parameter :: inside = 1.5_wp  !< cells: so far from the edge points count,
+   real(wp), parameter :: outside = 2.0_wp !< and so far on the open side,
+   real(wp), parameter :: fades = 0.3_wp   !< where their weight falls to 0, over this width
+   real(wp), parameter :: widest = 0.6_wp  !< cells: an edge is sought so far about the last one,
+   real(wp), parameter :: step = 0.1_wp    !< in such steps,
+   real(wp), parameter :: near = 0.005_wp  !< until it changes by less,
+   integer, parameter :: max_tries = 10    !< or so often
+   real(wp), parameter :: farthest = 1.5_wp !< cells: no edge is so far from between pressed and open points
+
+contains
+
+   !> The edge of the field that fits pressures and gaps of points along a line best, by least squares.
+   pure subroutine fit_field(along, gap, pressure, face, pressed, edge, known)
+      real(wp), intent(in) :: along(:)    !< places, growing towards the open side, cells
+      real(wp), intent(in) :: gap(:)      !< cells; 0 of what is in contact
+      real(wp), intent(in) :: pressure(:) !< over the modulus of the half-space
+      real(wp), intent(in) :: face(:)     !< widths of faces, over which pressures are means, cells
+      logical, intent(in) :: pressed(:)   !< what is in contact
+      real(wp), intent(out) :: edge       !< along the line, cells
+      logical, intent(out) :: known       !< it was found
+      real(wp) :: left, least, middle, right, start, weight(size(along)), last
+      integer :: i, n
+      integer, parameter :: half = nint(widest/step)
+      real(wp) :: misfits(-half:half)
+      known = .false.
+      edge = 0.0_wp
+      if (.not. any(pressed) .or. all(pressed)) return
+      start = 0.5_wp*(maxval(along, mask=pressed) + minval(along, mask=.not. pressed))
+      edge = start
+      do n = 1, max_tries
+         weight = share(inside + along - edge)*share(outside + edge - along)
+         do i = -half, half
+            misfits(i) = misfit(edge + i*step, along, gap, pressure, face, weight)
+         end do
+         i = minloc(misfits, dim=1) - half - 1
+         last = edge
+         edge = edge + i*step
+         if (abs(i) < half) then
+            left = misfits(i - 1)
+            middle = misfits(i)
+            right = misfits(i + 1)
+            least = left - 2.0_wp*middle + right
+            if (least > 0.0_wp) edge = edge + 0.5_wp*step*(left - right)/least
+         end if
+         known = abs(edge - last) < near
+         if (known .or. abs(edge - start) > farthest) exit
+      end do
+      known = abs(edge - start) < farthest .and. minval(misfits) < huge(1.0_wp)
+   end subroutine fit_field
+
+   !> Weight of a point so far within the reach, cells.
+   pure elemental real(wp) function share(within)
+      real(wp), intent(in) :: within
+      share = min(1.0_wp, max(0.0_wp, within/fades + 0.5_wp))
+   end function share
+
+   !> Sum of the squares of what the best field with an edge leaves of pressures and gaps: the two first terms
+   !> of sqrt(distance) times a power series.
+   pure real(wp) function misfit(edge, along, gap, pressure, face, weight)
+      real(wp), intent(in) :: edge, along(:), gap(:), pressure(:), face(:), weight(:)
+      real(wp) :: a, b, c, d, s, t, g(2), p(2), total
+      integer :: n
+      a = 0.0_wp
+      b = 0.0_wp
+      c = 0.0_wp
+      s = 0.0_wp
+      t = 0.0_wp
+      total = 0.0_wp
+      do n = 1, size(along)
+         if (.not. weight(n) > 0.0_wp) cycle
+         d = along(n) - edge
+         ! a face of any direction has the variance of a hat whose half width is its own over sqrt 2
+         p = weight(n)*smoothed(-d, sqrt(0.5_wp)*face(n), 0.5_wp)
+         g = weight(n)*smoothed(d, 1.0_wp, 1.5_wp)*[4.0_wp/3.0_wp, -0.8_wp]
+         a = a + p(1)**2 + g(1)**2
+         b = b + p(1)*p(2) + g(1)*g(2)
+         c = c + p(2)**2 + g(2)**2
+         s = s + weight(n)*(p(1)*pressure(n) + g(1)*gap(n))
+         t = t + weight(n)*(p(2)*pressure(n) + g(2)*gap(n))
+         total = total + weight(n)**2*(pressure(n)**2 + gap(n)**2)
+      end do
+      misfit = huge(misfit)
+      if (.not. a*c - b**2 > epsilon(1.0_wp)*a*c) return
+      if (.not. s*c - t*b > 0.0_wp) return ! nothing is pulled, no gap is below 0
+      misfit = total - (c*s**2 - 2.0_wp*b*s*t + a*t**2)/(a*c - b**2)
+   end function misfit
+
+   !> A power of the distance and the next one, 0 before it, as means over a hat of a half width.
+   pure function smoothed(x, width, power) result(mean)
+      real(wp), intent(in) :: x, width
+      real(wp), intent(in) :: power !< 1/2 or 3/2
+      real(wp) :: mean(2), place(3), root(3)
+      mean = 0.0_wp
+      if (x <= -width) return
+      place = max(0.0_wp, [x + width, x, x - width])
+      root = place**2*sqrt(place)
+      if (power > 1.0_wp) root = root*place
+      mean(1) = (root(1) - 2.0_wp*root(2) + root(3))/((power + 1.0_wp)*(power + 2.0_wp))
+      root = root*place
+      mean(2) = (root(1) - 2.0_wp*root(2) + root(3))/((power + 2.0_wp)*(power + 3.0_wp))
+      mean = mean/width**2
+   end function smoothed
+
+end module m_edge_field
