@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What an experimenter reads off an instrument, from an indentation run (doc/user/hardness.md):
+"""Evaluation of an indentation run like that of an instrument's record (doc/user/hardness.md):
 
    hardness.py [options] RUN
 
@@ -9,22 +9,22 @@ directory (with _NAME before the dot for one of several tools)
 
 hardness.json               all numbers, SI units, each with its uncertainty
 hardness.csv                time [s], depth [nm], load [mN] of the full body, for spreadsheets
-hardness.hld                the same as an instrument has it (nm, uN, s): micromechanics and nanodent read it
+hardness.hld                the same in an instrument's format (nm, uN, s), for micromechanics and nanodent
 hardness_profile.csv        the surface in rings about the axis, at the largest depth and unloaded
 hardness_load_depth.png, hardness_profile.png, hardness_pressure.png
 hardness_depth.csv, .png    hardness and modulus over depth, with several unloadings
 
-   --tool NAME               of several tools
-   --window 20,98            shares of the load that the unloading is fitted over, in per cent
-   --epsilon NUMBER          of the contact depth; else that of the fitted exponent
-   --beta NUMBER             of the modulus; else by the tool's shape: a cone has Hay's factor, a Berkovich
-                             1.034, a Vickers 1.012, others 1
-   --area-coefficients LIST  C0,C1,... of an area function in nm, in place of the tool's ideal one
-   --area auto|column|profile   the true area: contact_area of the history, or where the profile leaves the
-                             tool; auto takes the latter where the history has none
+   --tool NAME               required if there are several tools
+   --window 20,98            range of the load for the fit of the unloading, in per cent
+   --epsilon NUMBER          factor of the contact depth; default: from the fitted exponent
+   --beta NUMBER             factor of the modulus; default by the shape of the tool: Hay's factor for a cone,
+                             1.034 for a Berkovich, 1.012 for a Vickers, else 1
+   --area-coefficients LIST  C0,C1,... of an area function in nm, in place of the ideal one of the tool
+   --area auto|column|profile   the true area: contact_area of the history, or from the profile; auto uses
+                             the profile if the history has no area
    --no-plots                only the table, .json and .csv
 
-Exit status 2 where there is nothing to analyse; the sentence says what is missing.
+Exit status 2 if there is nothing to analyse; the message says what is missing.
 """
 
 import argparse
@@ -70,8 +70,8 @@ area_share = 0.2  # of the largest depth, before the unloading: rows that the tr
 history_resolution = 0.125
 
 scatter_unknown = (
-    "not measured: the history has too few rows near the largest depth to tell how its loads scatter; write "
-    "more rows (history_every of &output), or let the tool stand longer"
+    "not measured: the history has too few rows near the largest depth to estimate the scatter of the load; "
+    "write more rows (history_every of &output), or use a longer hold"
 )
 held_share = 1e-3  # of the largest depth: a tool that stays so near to it is held there
 
@@ -132,8 +132,8 @@ class Record:
             raise Missing(f"tool_{self.name}.dat holds values that are not finite")
         if not np.any((self.load > 0) & (self.depth > 0)):
             raise Missing(
-                f"the tool {self.name} never touches: its load is 0 throughout, "
-                f"and it comes to {1e9 * float(self.depth.max()):.4g} nm below the surface"
+                f"the tool {self.name} is never in contact: its load is always 0; its largest depth below "
+                f"the surface is {1e9 * float(self.depth.max()):.4g} nm"
             )
 
 
@@ -143,7 +143,7 @@ def chosen_tool(run, name):
         raise Missing(f"{run.directory}: the run has no tool")
     if name is None:
         if len(names) > 1:
-            raise Missing(f"the run has {len(names)} tools; say which: TOOL={' or TOOL='.join(names)}")
+            raise Missing(f"the run has {len(names)} tools; choose one: TOOL={' or TOOL='.join(names)}")
         return run.tools[0]
     if name not in names:
         raise Missing(f"the run has no tool {name}; it has {', '.join(names)}")
@@ -159,7 +159,7 @@ def default_beta(tool, poisson):
     shape = tool["shape"][0]
     if shape == "cone":
         if poisson is None:
-            return 1.0, "a cone has Hay's factor, which needs Poisson's ratio: the law has none"
+            return 1.0, "Hay's factor of a cone requires Poisson's ratio, which the law does not have"
         return (
             oliver_pharr.hay_factor(tool["half_angle"][0], poisson),
             "Hay's factor of a rigid cone, with Poisson's ratio of the scene",
@@ -171,17 +171,17 @@ def default_beta(tool, poisson):
     return 1.0, (
         f"exact for small contacts of a {shape}"
         if shape in ("sphere", "flat")
-        else f"none is known for a {shape}"
+        else f"no factor is known for a {shape}"
     )
 
 
 def area_function_of(tool, coefficients):
     if coefficients:
-        return oliver_pharr.fitted_area(coefficients), "an area function of the coefficients given"
+        return oliver_pharr.fitted_area(coefficients), "area function with the given coefficients"
     numbers = {
         name: tool[name][0] for name in ("half_angle", "radius", "faces", "tip_radius") if name in tool
     }
-    return oliver_pharr.ideal_area(tool["shape"][0], **numbers), f"the ideal {tool['shape'][0]}"
+    return oliver_pharr.ideal_area(tool["shape"][0], **numbers), f"ideal {tool['shape'][0]}"
 
 
 def area_at(record, row):
@@ -219,7 +219,7 @@ def analyse(run, record, options):
         beta=beta,
         beta_reason=beta_reason,
         area_function=area_name if area_function else None,
-        epsilon_reason="as given" if options.epsilon is not None else "of the exponent of the unloading",
+        epsilon_reason="as given" if options.epsilon is not None else "from the exponent of the unloading",
         window=[s / 100 for s in options.window],
         missing=[],
         notes=[],
@@ -229,8 +229,8 @@ def analyse(run, record, options):
         answer["modulus_scene"] = material["young"][0] / (1 - poisson**2)
     if area_function is None:
         answer["missing"].append(
-            f"A {record.tool['shape'][0]} has no area function: the numbers of Oliver and Pharr are left out "
-            "(--area-coefficients gives one)."
+            f"No area function for a {record.tool['shape'][0]}: no Oliver-Pharr evaluation (give one by "
+            "--area-coefficients)."
         )
     unloadings = oliver_pharr.find_unloadings(record.depth)
     results = []
@@ -254,7 +254,7 @@ def analyse(run, record, options):
             results.append((unloading, analysed(unloading, true), true))
         except oliver_pharr.NotEnough as error:
             answer["missing"].append(
-                f"The unloading from {1e9 * record.depth[unloading.start]:.4g} nm is left out: {error}."
+                f"The unloading from {1e9 * record.depth[unloading.start]:.4g} nm is not evaluated: {error}."
             )
     if results:
         main = max(results, key=lambda r: r[1].values["max_depth"])
@@ -270,15 +270,14 @@ def analyse(run, record, options):
         answer["load_scatter"] = result.parts["load_scatter"]
         if not 1.001 < result.values["unloading_exponent"] < 19.9:
             answer["notes"].append(
-                "The exponent of the unloading ends at its bound, "
-                f"{result.values['unloading_exponent']:.3g}: the curve "
-                "is not of that form. Look at hardness_load_depth.png, and draw the tool back more slowly, "
-                "or give --epsilon."
+                "The fitted exponent of the unloading is at its bound, "
+                f"{result.values['unloading_exponent']:.3g}: the unloading is not a power law. See "
+                "hardness_load_depth.png; unload more slowly, or give --epsilon."
             )
         put(answer, *oliver_pharr.work(record.depth, record.load, unloading, result.fit))
         if not np.any(record.load[unloading.start : unloading.end + 1] <= 0):
             answer["notes"].append(
-                "The unloading ends under load: below its last row the work given back is that of the fit."
+                "The unloading ends before the load is 0: the recovered work beyond it is that of the fit."
             )
     else:
         main, (first, row) = None, held_rows(record)
@@ -287,10 +286,9 @@ def analyse(run, record, options):
         load, load_sigma = oliver_pharr.load_at_start(record.depth, record.load, unloading, math.nan)
         if not unloadings:
             answer["missing"].append(
-                f"The tool is never drawn back by more than {100 * oliver_pharr.turn_share:g} % of its "
-                "depth, so there is no "
-                "unloading: stiffness, contact depth, the numbers of Oliver and Pharr, moduli and work ratio "
-                "are missing. Let `speeds` of the tool (or `loads`) turn, as input/indenter.nml does."
+                f"The run has no unloading of more than {100 * oliver_pharr.turn_share:g} % of the depth: no "
+                "stiffness, contact depth, Oliver-Pharr evaluation, moduli and work ratio. Reverse `speeds` "
+                "of the tool (or `loads`), as in input/indenter.nml."
             )
         put(
             answer,
@@ -309,8 +307,8 @@ def analyse(run, record, options):
         )
         if record.tool["shape"][0] not in ("cone", "berkovich", "pyramid"):
             answer["notes"].append(
-                f"Under a {record.tool['shape'][0]} the load does not follow the square of the depth: the "
-                "loading curvature is the mean of P/h^2 over the second half of the depth."
+                f"The load under a {record.tool['shape'][0]} is not proportional to the square of the "
+                "depth: the loading curvature is the mean of P/h^2 over the second half of the depth."
             )
     except oliver_pharr.NotEnough as error:
         answer["missing"].append(f"The loading curvature is missing: {error}.")
@@ -345,7 +343,7 @@ def analyse(run, record, options):
 def widen(run, record, material, unloading, fit, true, book):
     """Into the uncertainties of a book of numbers (the answer, or one unloading's) what the curve does not
     show: inertia, cells, the base, lost energy (systematic.py). `parts` has them by key and cause;
-    `not_measured` says what is not to be trusted, and these numbers stand in `untrusted` alone. The Motion."""
+    `not_measured` names the unreliable numbers, which are in `untrusted` alone. Returns the Motion."""
     energy = energy_of(run)
     ratio = book.get("work_ratio")
     if ratio is None and fit is not None:
@@ -403,13 +401,13 @@ def widen(run, record, material, unloading, fit, true, book):
 
 def true_area(options, column, answer):
     """The true area and its uncertainty (m2), and where it is from: 'column', contact_area of the history, or
-    'profile', where the surface leaves the tool. Unless it is asked for, the profile's is only taken where the
-    history has none; a note says where the two are far apart."""
+    'profile', where the surface leaves the tool. By default the profile is only used if the history has no
+    area; a note says where the two are far apart."""
     profile, sigma = answer.get("area_profile"), answer.get("area_profile_uncertainty")
     if options.area == "profile" and profile is None:
         raise Missing(
-            "the profile gives no area (--area profile): it needs a snapshot at the largest depth and a "
-            "sphere, cone or pyramid that stands on a flat surface"
+            "no area from the profile (--area profile): it requires a snapshot at the largest depth and a "
+            "sphere, cone or pyramid on a flat surface"
         )
     if not profile:
         return "column", column
@@ -417,8 +415,8 @@ def true_area(options, column, answer):
         return "profile", (profile, sigma)
     if abs(profile - column[0]) > 2 * math.hypot(sigma, column[1]) and abs(profile / column[0] - 1) > 0.05:
         answer["notes"].append(
-            f"contact_area of the history is {100 * (column[0] / profile - 1):+.0f} % off the area within "
-            "which the surface touches the tool (area_profile); `--area profile` takes that one."
+            f"contact_area of the history differs by {100 * (column[0] / profile - 1):+.0f} % from the area "
+            "in which the surface touches the tool (area_profile); `--area profile` uses the latter."
         )
     return "column", column
 
@@ -497,8 +495,8 @@ def kinetic_share(run, record, row, main, answer, motion):
     answer["kinetic_share"] = share
     if answer["kinetic_share"] > 0.01:
         answer["notes"].append(
-            f"Kinetic energy reaches {100 * answer['kinetic_share']:.2g} % of the work over the part that is "
-            f"used: the curve is not quasi-static; {motion.cure()}."
+            f"The kinetic energy reaches {100 * answer['kinetic_share']:.2g} % of the work in the evaluated "
+            f"part of the curve: it is not quasi-static; {motion.cure()}."
         )
     loading = indentation.kinetic_share(energy, half, record.time[row])
     if answer.get("work_ratio") is None or answer["work_ratio"] >= 1.0 or loading is None:
@@ -506,8 +504,8 @@ def kinetic_share(run, record, row, main, answer, motion):
     answer["kinetic_over_returned"] = loading / (1.0 - answer["work_ratio"])
     if answer["kinetic_over_returned"] > 0.1:
         answer["notes"].append(
-            f"Kinetic energy on the way in is {100 * answer['kinetic_over_returned']:.2g} % of the energy "
-            f"that unloading gives back: a tool that stops loses some of its load to it; {motion.cure()}."
+            f"The kinetic energy during the loading is {100 * answer['kinetic_over_returned']:.2g} % of the "
+            f"energy recovered in unloading: the load drops when the tool stops; {motion.cure()}."
         )
 
 
@@ -538,7 +536,7 @@ def surfaces(run, record, row, main, true, answer):
     for name, time in wanted:
         if not times:
             answer["missing"].append(
-                "Profile and pile-up are missing: the run wrote no particle files (formats of &output)."
+                "No profile and pile-up: the run wrote no particle files (formats of &output)."
             )
             break
         if name == "loaded":
@@ -547,17 +545,17 @@ def surfaces(run, record, row, main, true, answer):
             later = [i for i, t in enumerate(times) if t >= time * (1 - 1e-9)]
             if not later:
                 answer["missing"].append(
-                    "The unloaded surface is missing: no snapshot was written after the load was gone "
-                    "(`every` of &output)."
+                    "No unloaded surface: there is no snapshot after the end of the unloading (`every` of "
+                    "&output)."
                 )
                 continue
             at = later[0]
         depth = float(np.interp(times[at], record.time, record.depth))
         if name == "loaded" and abs(depth - record.depth[row]) > 0.02 * record.depth[row]:
             answer["missing"].append(
-                "Profile and pile-up are missing: the snapshot nearest to the largest depth is at "
-                f"{100 * depth / record.depth[row]:.3g} % "
-                "of it; let `every` of &output meet the time of the largest depth."
+                "No profile and pile-up: the snapshot nearest to the largest depth is at "
+                f"{100 * depth / record.depth[row]:.3g} % of it; choose `every` of &output for a snapshot at "
+                "the largest depth."
             )
             continue
         try:
@@ -626,8 +624,8 @@ def csv_text(names, rows):
 
 def print_table(answer):
     print(
-        f"{answer['title']}: tool {answer['tool']}, a {answer['shape']}; loads and areas of the full body "
-        f"(the model has {answer['model_share']:g} of it)"
+        f"{answer['title']}: tool {answer['tool']} ({answer['shape']}); loads and areas of the full body "
+        f"(modelled share {answer['model_share']:g})"
     )
     for label, key, unit in table:
         value, sigma = answer.get(key), answer.get(f"{key}_uncertainty")
@@ -652,7 +650,7 @@ def print_table(answer):
         print(line.rstrip())
     if answer.get("stiffness") is not None:
         print(
-            "  of the uncertainty of S: noise "
+            "  contributions to the uncertainty of S: noise "
             f"{answer['stiffness_uncertainty_noise'] / answer['stiffness']:.2%}, "
             f"window {answer['stiffness_uncertainty_window'] / answer['stiffness']:.2%}; fit over "
             f"{100 * answer['window'][0]:g} to {100 * answer['window'][1]:g} % of the load"
@@ -739,20 +737,20 @@ def numbers(text):
     try:
         return [float(word) for word in text.split(",")]
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{text} is no list of numbers, as 24.5,1e3")
+        raise argparse.ArgumentTypeError(f"{text}: must be a list of numbers, as 24.5,1e3")
 
 
 def window_of(text):
     shares = numbers(text)
     if len(shares) != 2 or not 0 < shares[0] < shares[1] <= 100:
-        raise argparse.ArgumentTypeError(f"{text}: two shares in per cent, the smaller one first, as 20,98")
+        raise argparse.ArgumentTypeError(f"{text}: must be two increasing numbers in per cent, as 20,98")
     return tuple(shares)
 
 
 def positive(text):
     value = numbers(text)
     if len(value) != 1 or not 0 < value[0] < math.inf:
-        raise argparse.ArgumentTypeError(f"{text}: a number above 0")
+        raise argparse.ArgumentTypeError(f"{text}: must be a number above 0")
     return value[0]
 
 
@@ -774,7 +772,7 @@ def main():
             raise Missing(f"{options.run}: no such directory")
         run = Run(options.run)
         if not run.case:
-            raise Missing(f"{options.run}: there is no case.nml, so this is no run")
+            raise Missing(f"{options.run}: no case.nml: not the directory of a run")
         tool = chosen_tool(run, options.tool)
         record = Record(run, tool)
         answer, results, main, pictures = analyse(run, record, options)

@@ -1,8 +1,8 @@
-"""What the curve of an indentation is off by without scattering: parts of the uncertainties of `make hardness`
-(doc/user/hardness.md, Uncertainties), and which numbers are not to be trusted.
+"""Systematic errors of an indentation curve: contributions to the uncertainties of `make hardness`
+(doc/user/hardness.md, Uncertainties), and numbers that are unreliable.
 
-All shares are of the number that they are a part of. The factors of `weights` were set on runs whose truth is
-known, and are held to it by test/run indentation/known_truth."""
+All shares are relative to the number that they contribute to. The factors of `weights` were calibrated on
+runs with known results; test/run indentation/known_truth checks them."""
 
 import math
 from dataclasses import dataclass
@@ -12,19 +12,19 @@ import numpy as np
 from . import oliver_pharr
 from .layered import base_compliance
 
-# Laws whose load does not depend on the rate: a load that falls while the tool stands still is inertia
+# Rate-independent laws: a load that falls during a hold is an effect of inertia
 rate_free = {"elastic", "neo_hookean", "j2", "cubic", "orthotropic", "drucker_prager"}
-elastic = {"elastic", "neo_hookean", "cubic", "orthotropic"}  # all work comes back
-constraint = 2.7  # hardness over the flow stress of metal, about
-slow_in = 0.5  # of flow stress over (rho c): a tool that goes in as fast still has a quasi-static load
-slow_back = 0.02  # of the load: what waves may carry off while the tool is drawn back
-holds_on = 2.0  # times as long as the hold a load that has not come to rest goes on falling
-limit = 0.15  # of a number: with a larger part of inertia it is not measured
-loading_shares = (0.5, 0.9)  # of the largest depth: where the load in motion is taken from
+elastic = {"elastic", "neo_hookean", "cubic", "orthotropic"}  # all work is recovered
+constraint = 2.7  # hardness over the flow stress of metal (Tabor), approximate
+slow_in = 0.5  # largest speed of a quasi-static loading, over flow stress / (rho c)
+slow_back = 0.02  # largest share of the load that waves may carry during the unloading
+holds_on = 2.0  # a load that is not steady goes on falling for this multiple of the hold time
+limit = 0.15  # largest relative error due to inertia; beyond it a number is not measured
+loading_shares = (0.5, 0.9)  # of the largest depth: range from which the load in motion is extrapolated
 
-worth_saying = 0.05  # of a cause, where something is not measured
+worth_saying = 0.05  # smallest share of a cause that a message names
 
-# Keys of hardness.json by what they follow from
+# Keys of hardness.json by the quantity that they are derived from
 of_stiffness = [
     "stiffness",
     "unloading_exponent",
@@ -39,26 +39,25 @@ of_area = ["area_true", "area_history", "hardness_true"]
 of_both = ["modulus_true", "young_true"]
 
 weights = {
-    "lag": 1.0,  # of the stiffness, of what waves carry off
-    "noise": 0.7,  # of the stiffness, of kinetic energy over the energy that comes back
-    "drift": 0.5,  # of the stiffness, of the fall of a load that has not come to rest
-    "stop_area": 0.6,  # of area and hardness, of the fall of the load at the stop
-    "lost": 0.5,  # of the work, of what the energy balance lacks
-    "cells_load": 0.05,  # of the load, over the cells to the radius of the contact
-    "cells_stiffness": 0.08,  # of the stiffness
-    "ring": 1 / math.sqrt(12),  # of the stiffness in a section, over the cells to the radius (parts_of)
-    "cells_work": 0.15,  # of the energy that comes back
-    "base": 1.0,  # of the stiffness, of what a rigid base adds
+    "lag": 1.0,  # error of the stiffness over the share of the load carried by waves
+    "noise": 0.7,  # error of the stiffness over the ratio of kinetic to recovered energy
+    "drift": 0.5,  # error of the stiffness over the drift of a load that is not steady
+    "stop_area": 0.6,  # error of area and hardness over the drop of the load at the stop
+    "lost": 0.5,  # error of the work over the error of the energy balance
+    "cells_load": 0.05,  # error of the load times the number of cells to the contact radius
+    "cells_stiffness": 0.08,  # error of the stiffness, the same
+    "ring": 1 / math.sqrt(12),  # error of the stiffness in a section, the same (parts_of)
+    "cells_work": 0.15,  # error of the recovered energy, the same
+    "base": 1.0,  # error of the stiffness over the share of a rigid base
 }
 
 
 @dataclass
 class Motion:
-    """What a tool's motion leaves in its load, as shares: `stop` of the load, by which it falls while the
-    tool stops and stands; `noise`, kinetic energy where the unloading begins over the energy that comes
-    back; `lag`, what waves carry off during the unloading over the largest load; `drift`, how far the load
-    would go on falling or rising while the tool is drawn back, over the largest load; speeds (m/s) of the way in
-    and back, and those that would do."""
+    """Effects of inertia on the load of a tool. stop: drop of the load at the stop and in the hold, over the
+    load; noise: kinetic energy at the start of the unloading over the recovered energy; lag: load carried by
+    waves during the unloading, over the largest load; drift: extrapolated change of the load during the
+    unloading, over the largest load; speeds (m/s) of loading and unloading, and those that are low enough."""
 
     stop: float = 0.0
     noise: float = 0.0
@@ -71,14 +70,15 @@ class Motion:
 
     @property
     def stiffness(self):
-        """Part of the stiffness."""
+        """Relative error of the stiffness."""
         return math.hypot(
             weights["lag"] * self.lag, weights["noise"] * self.noise, weights["drift"] * self.drift
         )
 
     @property
     def returned(self):
-        """Part of the energy that comes back, which goes with the square of the load over the stiffness."""
+        """Relative error of the recovered energy, which is proportional to the square of the load over the
+        stiffness."""
         return math.hypot(2 * self.stop, self.lag, self.noise)
 
     @property
@@ -86,22 +86,22 @@ class Motion:
         return weights["stop_area"] * self.stop
 
     def cure(self):
-        """What to do about it: the end of a sentence."""
+        """The remedy: the end of a sentence."""
         slower = [
-            f"{self.shown(enough)} m/s on the way {way}"
+            f"{self.shown(enough)} m/s for the {way}"
             for way, speed, enough in (
-                ("in", self.speed_in, self.enough_in),
-                ("back", self.speed_back, self.enough_back),
+                ("loading", self.speed_in, self.enough_in),
+                ("unloading", self.speed_back, self.enough_back),
             )
             if speed > 1.05 * enough
         ]
         if slower:
-            return "take speed <= " + ", and ".join(slower)
+            return "use speed <= " + " and ".join(slower)
         if not math.isfinite(self.enough_in):
-            return "move the tool more slowly"
+            return "reduce the speed of the tool"
         return (
-            "the tool is slow enough: take flip_fraction=0.97 in &time, which damps the motion of the "
-            "particles, a longer hold, or finer cells"
+            "the tool is slow enough: use flip_fraction=0.97 in &time (damps the motion of the particles), "
+            "a longer hold or finer cells"
         )
 
     @staticmethod
@@ -112,7 +112,7 @@ class Motion:
 
 
 def wave_speed(material):
-    """Of pressure waves (m/s); None of laws that have no Young's modulus."""
+    """Speed of pressure waves (m/s); None for laws without Young's modulus."""
     if "young" not in material or "density" not in material:
         return None
     young, poisson = material["young"][0], material["poisson"][0]
@@ -121,7 +121,7 @@ def wave_speed(material):
 
 
 def is_static(case, time):
-    """Whether steps at a time have no inertia."""
+    """Whether the steps at a time are quasi-static."""
     one = case.get("quasi_static", [None])[0]
     if one is None or one.get("mode", ["static"])[0].lower() != "static":
         return False
@@ -129,8 +129,8 @@ def is_static(case, time):
 
 
 def load_in_motion(depth, load, until):
-    """The load (N) at the depth of a row as a power law through the way in before it has it; None where too
-    few rows are there."""
+    """The load (N) at the depth of a row, extrapolated from the loading before it by a power law; None if
+    there are too few rows."""
     rows = oliver_pharr.virgin_rows(np.asarray(depth), until)
     low, high = (share * depth[until] for share in loading_shares)
     rows = rows[(depth[rows] >= low) & (depth[rows] <= high)]
@@ -142,8 +142,8 @@ def load_in_motion(depth, load, until):
 
 
 def motion_of(case, material, record, unloading, fit, area, returned, energy):
-    """The Motion of one unloading, from the record (time, depth, load), its fit, the contact's area (m2), the
-    share of the work that comes back, and the run's energies (None where there are none)."""
+    """The Motion of one unloading. record: time, depth, load; fit: of the unloading; area: of the contact
+    (m2); returned: recovered share of the work; energy: energies of the run, or None."""
     time, depth, load = record.time, record.depth, record.load
     hold, start = unloading.hold, unloading.start
     free = material["model"][0].lower() in rate_free
@@ -160,7 +160,7 @@ def motion_of(case, material, record, unloading, fit, area, returned, energy):
     if speed is not None and area > 0:
         impedance = material["density"][0] * speed
         found.enough_back = slow_back * rest / area / impedance
-        # what flows feels a speed by its flow stress, what is elastic by its load
+        # the limit follows from the flow stress in plastic flow, and from the load in elastic deformation
         found.enough_in = min(
             slow_in * rest / area / constraint / impedance, 2 * found.enough_back / max(returned, 1e-3)
         )
@@ -185,13 +185,13 @@ def motion_of(case, material, record, unloading, fit, area, returned, energy):
 
 
 def cells_to_the_edge(area, cell):
-    """Radius of the circle of a contact's area over the finest cell."""
+    """Equivalent contact radius over the size of the finest cells."""
     return math.sqrt(area / math.pi) / cell
 
 
 def base_share(case, body, material, stiffness, axis):
-    """By how much a rigid base adds to the stiffness of a block: q S / (E' t). 0 where the material has no
-    Young's modulus, the body is no box or cylinder, or there are others."""
+    """Relative increase of the stiffness of a block by a rigid base: q S / (E' t). 0 if the material has no
+    Young's modulus, the body is not a box or cylinder, or there are several bodies."""
     along = int(np.argmax(np.abs(axis)))
     if "young" not in material or body["shape"][0] not in ("box", "cylinder") or len(case["body"]) > 1:
         return 0.0
@@ -204,19 +204,19 @@ def base_share(case, body, material, stiffness, axis):
 
 
 def parts_of(motion, cells, base, ratio, lost, of_reach, section=False):
-    """{key of hardness.json: {cause: share of the number}} of what one run's curve does not show: causes
-    inertia, cells, base, energy. `ratio` and `lost`: work ratio and lost energy over work, None where they
-    are not known; `of_reach`: how much numbers change that follow from the stiffness, as a share of
-    themselves over that of the stiffness. Of the work ratio the shares are differences. In an axisymmetric
-    `section` the edge of the contact is a ring at one place of a cell, which moves on by whole cells, so that
-    it is off by a cell's uniform distribution; about a circle in a 3D model that averages out."""
+    """{key of hardness.json: {cause: relative error}} of systematic errors that the curve of one run does not
+    show: causes inertia, cells, base, energy. ratio, lost: work ratio and lost energy over work, None if
+    unknown; of_reach: relative change of derived numbers over that of the stiffness. The values for the work
+    ratio are absolute. In an axisymmetric `section` the contact edge is a ring at one position in a cell, and
+    advances by whole cells: its error has the uniform distribution over a cell. In a 3D model it averages
+    out along the edge."""
     load, stiff = weights["cells_load"] / cells, weights["cells_stiffness"] / cells
     if section:
         stiff = math.hypot(stiff, weights["ring"] / cells)
     base *= weights["base"]
     back = 1 - ratio if ratio is not None else 1.0
     found = {
-        # elastic metal gives back what inertia adds; in plastic flow the load in motion is right
+        # elastic metal: the inertial part of the load is recovered; plastic flow: the load in motion is right
         "loading_curvature": {"inertia": motion.stop * back, "cells": load},
         "stiffness": {"inertia": motion.stiffness, "cells": stiff, "base": base},
         "area_true": {"inertia": motion.area},
@@ -230,7 +230,7 @@ def parts_of(motion, cells, base, ratio, lost, of_reach, section=False):
             "base": base,
         }
         found[f"{kind}_oliver_pharr"] = {"inertia": motion.stiffness, "cells": stiff, "base": base}
-    for key, share in of_reach.items():  # what the stiffness says of the way back
+    for key, share in of_reach.items():  # derived from the stiffness
         found[key] = {cause: share * part for cause, part in found["stiffness"].items()}
     if ratio is not None:
         found["work_ratio"] = {
@@ -242,14 +242,14 @@ def parts_of(motion, cells, base, ratio, lost, of_reach, section=False):
 
 
 def not_measured(motion):
-    """{key of hardness.json: sentence} of what is not to be trusted."""
+    """{key of hardness.json: sentence} of the unreliable numbers."""
     why = [
         sentence
         for share, sentence in (
             (motion.stop, "the load falls by {} when the tool stops"),
-            (motion.noise, "kinetic energy where the unloading begins is {} of what that gives back"),
-            (motion.drift, "the load is not at rest in the hold, and would go on by {}"),
-            (motion.lag, "waves carry off {} of the load while the tool is drawn back"),
+            (motion.noise, "the kinetic energy at the start of the unloading is {} of the recovered energy"),
+            (motion.drift, "the load is not steady in the hold and would change by a further {}"),
+            (motion.lag, "waves carry {} of the load during the unloading"),
         )
         if share > worth_saying
     ]
