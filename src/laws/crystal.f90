@@ -9,10 +9,12 @@ module m_crystal
    use m_field_table, only: field_table_t, layout_t
    use m_cubic, only: cubic_t
    use m_crystal_flow, only: slip_t, flow, iteration_limit, max_parts
-   use m_lattice, only: gradient_of, tensor_of
+   use m_crystal_lanes, only: crystals_t, deform_elastically, let_slip
+   use m_lane_tensors, only: lanes, decompose, find_cofactors, find_determinant, follow, invert, load, &
+                             multiply, multiply_transposed, normalise, rotate, set_matrices, &
+                             set_quaternions, set_symmetric, take_columns
+   use m_lattice, only: tensor_of
    use m_plastic, only: follow_shape
-   use m_polar, only: determinant
-   use m_rotations, only: angle_between, matrix_of
    use m_slip_rates, only: crystal_constants_t, slip_threshold
    use m_slip_systems, only: make_slip_systems, schmid_columns, slip_words
    use m_text, only: to_text
@@ -21,6 +23,7 @@ module m_crystal
    public :: crystal_t
 
    character(len=*), parameter :: hardening_words(2) = [character(len=9) :: 'peirce', 'kalidindi']
+   real(wp), parameter :: no_more = 1.0e-30_wp !< of what is left to harden: vectors of powers stop at a 0
    real(wp), parameter :: same_plane = 1.0e-9_wp !< one minus the cosine of planes that are one
 
    type, extends(cubic_t) :: crystal_t
@@ -48,7 +51,6 @@ module m_crystal
       procedure :: default_effect
       procedure :: fault_text
       procedure, private :: prepare
-      procedure, private :: modulus
    end type crystal_t
 
 contains
@@ -147,6 +149,7 @@ contains
       if (self%shape > 0) column(first:last, self%shape:self%shape + 2) = 1.0_wp
    end subroutine initial
 
+   !> Vector after vector of particles; those whose slip Newton's method does not find in lanes one by one.
    pure subroutine update(self, column, layout, gradient, time_step, first, last)
       class(crystal_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -154,60 +157,199 @@ contains
       real(wp), intent(in), contiguous :: gradient(:, :)
       real(wp), intent(in) :: time_step
       integer, intent(in) :: first, last
-      type(slip_t) :: one
-      real(wp) :: q(4), r(3, 3), threshold
-      integer :: n, p
-      n = self%constants%systems
-      allocate (one%resistance(self%constants%width), source=self%tau0)
-      allocate (one%modulus(self%constants%width), source=0.0_wp)
+      type(crystals_t) :: some
+      real(wp) :: q(lanes, 4), threshold
+      integer :: count, p, from
       threshold = slip_threshold(self%constants, time_step)
       if (self%shape > 0) call follow_shape(self%shape, column, gradient, time_step, first, last)
-      do p = first, last
-         q = column(p, self%orientation:self%orientation + 3)
-         q = q/norm2(q) ! of merged particles it is a mean
-         r = matrix_of(q)
-         one%increment = time_step*matmul(transpose(r), matmul(gradient_of(gradient, p), r))
-         one%stretch = tensor_of(column(p, self%elastic:self%elastic + 5))
-         one%resistance(:n) = column(p, self%resistance:self%resistance + n - 1)
-         call self%modulus(column(p, self%slip), one%resistance(:n), one%modulus(:n))
-         call flow(self%constants, time_step, threshold, one)
-         if (.not. one%found) then ! the step reports what is not a number (fault_text)
-            column(p, layout%stress:layout%stress + 5) = ieee_value(1.0_wp, ieee_quiet_nan)
-            cycle
+      do from = first, last, lanes
+         count = min(lanes, last - from + 1)
+         call begin_lanes(self, column, gradient, time_step, from, count, q, some)
+         call deform_elastically(self%constants, threshold, some)
+         if (.not. all(some%found)) then
+            call set_moduli(self, column, from, count, some)
+            call let_slip(self%constants, time_step, threshold, some)
+            do p = 1, count
+               if (.not. some%found(p)) call slip_alone(self, time_step, threshold, p, some)
+            end do
          end if
-         column(p, self%work) = column(p, self%work) + column(p, layout%volume)/determinant(one%stretch) &
-                                *one%work
-         column(p, self%strain) = column(p, self%strain) + one%strain
-         column(p, self%slip) = column(p, self%slip) + one%slip
-         column(p, self%resistance:self%resistance + n - 1) = one%resistance(:n)
-         call self%settle(column, layout, p, q, one%elastic)
-         column(p, self%rotation) = 180.0_wp/pi*angle_between( &
-                                    column(p, self%orientation:self%orientation + 3), &
-                                    column(p, self%first_orientation:self%first_orientation + 3))
+         call end_lanes(self, column, layout, from, count, q, some)
       end do
    end subroutine update
 
+   !> Orientations, stretches, resistances, and the increments of the deformation along the lattices' axes.
+   pure subroutine begin_lanes(self, column, gradient, time_step, from, count, q, some)
+      type(crystal_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :), gradient(:, :)
+      real(wp), intent(in) :: time_step
+      integer, intent(in) :: from, count !< first particle, and how many
+      real(wp), intent(out) :: q(lanes, 4)
+      type(crystals_t), intent(inout) :: some
+      real(wp), dimension(lanes, 3, 3) :: r, rate, turned
+      real(wp) :: values(lanes, 6)
+      integer :: i, j
+      do i = 1, 4
+         call load(column(:, self%orientation + i - 1), from, count, q(:, i))
+      end do
+      call normalise(q) ! of merged particles it is a mean
+      do i = 1, 6
+         call load(column(:, self%elastic + i - 1), from, count, values(:, i))
+      end do
+      do j = 1, 3
+         do i = 1, 3
+            call load(gradient(:, 3*(j - 1) + i), from, count, rate(:, i, j))
+         end do
+      end do
+      do i = 1, self%constants%systems
+         call load(column(:, self%resistance + i - 1), from, count, some%resistance(:, i))
+      end do
+      call set_symmetric(values, some%stretch)
+      call set_matrices(q, r)
+      call multiply(rate, r, turned)
+      call multiply_transposed(r, turned, rate)
+      some%increment = time_step*rate
+   end subroutine begin_lanes
+
    !> Hardening moduli of the systems, Pa: h0 sech^2(h0 gamma/(tau_s - tau0)) by the total slip, the same for
    !> all; or h0 |1 - g/tau_s|^a by the resistance g of each.
-   pure subroutine modulus(self, slip, resistance, moduli)
-      class(crystal_t), intent(in) :: self
-      real(wp), intent(in) :: slip
-      real(wp), intent(in) :: resistance(:) !< Pa
-      real(wp), intent(out) :: moduli(:)
-      real(wp) :: left
+   pure subroutine set_moduli(self, column, from, count, some)
+      type(crystal_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      integer, intent(in) :: from, count
+      type(crystals_t), intent(inout) :: some
+      real(wp) :: slip(lanes), left(lanes)
       integer :: a
       if (.not. self%h0 > 0.0_wp) then
-         moduli = 0.0_wp
+         some%modulus(:, :self%constants%systems) = 0.0_wp
       else if (self%hardening == 1) then
-         moduli = self%h0/cosh(min(300.0_wp, self%h0*slip/(self%tau_s - self%tau0)))**2
+         call load(column(:, self%slip), from, count, slip)
+         slip = self%h0/cosh(min(300.0_wp, self%h0*slip/(self%tau_s - self%tau0)))**2
+         do a = 1, self%constants%systems
+            some%modulus(:, a) = slip
+         end do
       else
-         do a = 1, size(moduli)
-            left = 1.0_wp - resistance(a)/self%tau_s
-            moduli(a) = 0.0_wp
-            if (abs(left) > 0.0_wp) moduli(a) = sign(self%h0*abs(left)**self%hardening_exponent, left)
+         do a = 1, self%constants%systems
+            left = 1.0_wp - some%resistance(:, a)/self%tau_s
+            some%modulus(:, a) = sign(self%h0*max(abs(left), no_more)**self%hardening_exponent, left)
          end do
       end if
-   end subroutine modulus
+   end subroutine set_moduli
+
+   !> One lane by the solve that is guarded; where that fails too the stress is no number, which the step
+   !> reports (fault_text).
+   pure subroutine slip_alone(self, time_step, threshold, p, some)
+      type(crystal_t), intent(in) :: self
+      real(wp), intent(in) :: time_step, threshold
+      integer, intent(in) :: p
+      type(crystals_t), intent(inout) :: some
+      type(slip_t) :: one
+      associate (n => self%constants%systems)
+         allocate (one%resistance(self%constants%width), source=self%tau0)
+         allocate (one%modulus(self%constants%width), source=0.0_wp)
+         one%increment = some%increment(p, :, :)
+         one%stretch = some%stretch(p, :, :)
+         one%resistance(:n) = some%resistance(p, :n)
+         one%modulus(:n) = some%modulus(p, :n)
+         call flow(self%constants, time_step, threshold, one)
+         if (.not. one%found) return
+         some%found(p) = .true.
+         some%elastic(p, :, :) = one%elastic
+         some%resistance(p, :n) = one%resistance(:n)
+         some%slip(p) = one%slip
+         some%work(p) = one%work
+         some%strain(p) = one%strain
+      end associate
+   end subroutine slip_alone
+
+   !> Orientation, stretch, stress, and what slip leaves behind.
+   pure subroutine end_lanes(self, column, layout, from, count, q, some)
+      type(crystal_t), intent(in) :: self
+      real(wp), intent(inout), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: from, count
+      real(wp), intent(in) :: q(lanes, 4) !< at the step's beginning
+      type(crystals_t), intent(in) :: some
+      real(wp) :: stress(lanes, 6), stretch(lanes, 6), turned(lanes, 4), angle(lanes), volume(lanes), &
+                  cofactors(lanes, 3, 3)
+      integer :: i, to
+      to = from + count - 1
+      call find_stress(self, some%elastic, q, turned, stretch, stress)
+      call find_angles(self, column, from, count, turned, angle)
+      if (.not. all(some%found)) then
+         do i = 1, 6
+            where (.not. some%found) stress(:, i) = ieee_value(1.0_wp, ieee_quiet_nan)
+         end do
+      end if
+      do i = 1, 6
+         column(from:to, layout%stress + i - 1) = stress(:count, i)
+         column(from:to, self%elastic + i - 1) = stretch(:count, i)
+      end do
+      do i = 1, 4
+         column(from:to, self%orientation + i - 1) = turned(:count, i)
+      end do
+      column(from:to, self%rotation) = angle(:count)
+      if (.not. any(some%slip > 0.0_wp)) return
+      call find_cofactors(some%stretch, cofactors)
+      call find_determinant(some%stretch, cofactors, volume)
+      volume(:count) = column(from:to, layout%volume)/volume(:count) ! before elastic deformation
+      column(from:to, self%work) = column(from:to, self%work) + volume(:count)*some%work(:count)
+      column(from:to, self%strain) = column(from:to, self%strain) + some%strain(:count)
+      column(from:to, self%slip) = column(from:to, self%slip) + some%slip(:count)
+      do i = 1, self%constants%systems
+         column(from:to, self%resistance + i - 1) = some%resistance(:count, i)
+      end do
+   end subroutine end_lanes
+
+   !> As `settle` of m_lattice, with the moduli of a cube.
+   pure subroutine find_stress(self, f, q, turned, stretch, stress)
+      type(crystal_t), intent(in) :: self
+      real(wp), intent(in) :: f(lanes, 3, 3) !< elastic deformation gradients
+      real(wp), intent(in) :: q(lanes, 4)
+      real(wp), intent(out) :: turned(lanes, 4), stretch(lanes, 6), stress(lanes, 6)
+      real(wp), dimension(lanes, 3, 3) :: r, u, inverse, t, a, b
+      real(wp) :: turn(lanes, 4), jacobian(lanes)
+      integer :: i
+      call decompose(f, r, u)
+      call set_quaternions(r, turn)
+      call follow(turn, q, turned)
+      call set_matrices(turned, r)
+      call invert(u, inverse, jacobian)
+      call multiply(u, u, a)
+      call multiply(inverse, inverse, b)
+      a = 0.25_wp*(a - b) ! the strain
+      t = 2.0_wp*self%c44*a
+      do i = 1, 3
+         t(:, i, i) = self%c12*(a(:, 1, 1) + a(:, 2, 2) + a(:, 3, 3)) + (self%c11 - self%c12)*a(:, i, i)
+      end do
+      call multiply(t, u, b)
+      call multiply(u, b, a)
+      call multiply(t, inverse, b)
+      call multiply(inverse, b, t)
+      t = 0.5_wp*(a + t)
+      call rotate(r, t)
+      call take_columns(t, stress)
+      do i = 1, 6
+         stress(:, i) = stress(:, i)/jacobian
+      end do
+      call take_columns(u, stretch)
+   end subroutine find_stress
+
+   !> How far the lattices have turned since the start, degrees.
+   pure subroutine find_angles(self, column, from, count, turned, angle)
+      type(crystal_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      integer, intent(in) :: from, count
+      real(wp), intent(in) :: turned(lanes, 4)
+      real(wp), intent(out) :: angle(lanes)
+      real(wp) :: back(lanes, 4), q(lanes, 4)
+      integer :: i
+      do i = 1, 4
+         call load(column(:, self%first_orientation + i - 1), from, count, back(:, i))
+      end do
+      back(:, 2:) = -back(:, 2:)
+      call follow(back, turned, q)
+      angle = 360.0_wp/pi*atan2(sqrt(q(:, 2)**2 + q(:, 3)**2 + q(:, 4)**2), abs(q(:, 1)))
+   end subroutine find_angles
 
    pure real(wp) function plastic_energy(self, column, first, last)
       class(crystal_t), intent(in) :: self

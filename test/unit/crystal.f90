@@ -7,6 +7,11 @@ program crystal
    use m_communicator, only: communicator_t
    use m_material, only: material_t
    use m_crystal, only: crystal_t
+   use m_crystal_flow, only: flow, slip_t
+   use m_crystal_lanes, only: crystals_t, deform_elastically, let_slip
+   use m_lane_tensors, only: lanes
+   use m_polar, only: polar
+   use m_slip_rates, only: slip_threshold
    use m_rotations, only: from_euler, matrix_of, quaternion_of
    use m_slip_systems, only: make_slip_systems, slip_words
    use m_assertions, only: assertions_t
@@ -39,6 +44,8 @@ program crystal
    call random_paths('fcc', 10000)
    call random_paths('bcc24', 1000)
    call random_paths('bcc48', 1000)
+   call in_lanes()
+   call against_guarded()
    call at_rest()
    call balance()
    call test%finish()
@@ -339,6 +346,90 @@ contains
       call test%check(worst < 1.0e-5_wp, 'superposed rotation: stress, slip, work')
       call test%check(last < 1.0e-8_wp, 'superposed rotation: orientation')
    end subroutine turning
+
+   !> What a particle does is the same, to the bit, with others beside it in the vector and alone.
+   subroutine in_lanes()
+      integer, parameter :: count = 19
+      type(point_t) :: together, alone
+      real(wp), parameter :: dt = 1.0e-6_wp
+      real(wp) :: size_of, worst
+      integer :: p, t
+      call together%ready(law_of('crystal', voce), count, random_rotations(count))
+      alone = together
+      do t = 1, 30
+         do p = 1, count
+            size_of = 10.0_wp**(-2.0_wp - 0.15_wp*p)
+            together%gradient(p, :) = size_of*chance%several(9, -1.0_wp, 1.0_wp)/dt
+         end do
+         alone%gradient = together%gradient
+         call together%law%update(together%column, together%layout, together%gradient, dt, 1, count)
+         do p = 1, count
+            call alone%law%update(alone%column, alone%layout, alone%gradient, dt, p, p)
+         end do
+      end do
+      worst = maxval(abs(together%column - alone%column))
+      call say('lanes: largest difference of a field, together or alone', worst)
+      call test%check(worst <= 0.0_wp, 'lanes: none depends on the others')
+      associate (slip => together%column(:, together%table%column('slip')))
+         call test%check(any(slip > 0.01_wp), 'lanes: the paths have flow')
+      end associate
+   end subroutine in_lanes
+
+   !> The solve in lanes finds what the guarded solve finds, within the tolerance of both; on paths of
+   !> explicit steps it finds nearly all.
+   subroutine against_guarded()
+      class(material_t), allocatable :: law
+      type(crystals_t) :: some
+      type(slip_t) :: one
+      real(wp), parameter :: dt = 1.0e-3_wp
+      real(wp) :: rate(lanes, 9), turn(3, 3), slip, worst
+      integer :: found, p, slipping, t
+      law = law_of('crystal', voce)
+      select type (law)
+      class is (crystal_t)
+         associate (c => law%constants)
+            allocate (one%resistance(c%width), one%modulus(c%width))
+            some%resistance = 16.0e6_wp
+            some%modulus = 180.0e6_wp
+            do p = 1, lanes
+               some%stretch(p, :, :) = identity()
+               rate(p, :) = chance%several(9, -1.0_wp, 1.0_wp)
+            end do
+            worst = 0.0_wp
+            found = 0
+            slipping = 0
+            do t = 1, 200
+               do p = 1, lanes
+                  some%increment(p, :, :) = 1.0e-4_wp*reshape(rate(p, :), [3, 3])
+                  some%increment(p, 3, 3) = -some%increment(p, 1, 1) - some%increment(p, 2, 2)
+               end do
+               call deform_elastically(c, slip_threshold(c, dt), some)
+               slipping = slipping + count(.not. some%found)
+               found = found - count(some%found)
+               one%stretch = some%stretch(1, :, :)
+               one%increment = some%increment(1, :, :)
+               one%resistance = some%resistance(1, :c%width)
+               one%modulus = some%modulus(1, :c%width)
+               call flow(c, dt, slip_threshold(c, dt), one)
+               if (.not. all(some%found)) call let_slip(c, dt, slip_threshold(c, dt), some)
+               found = found + count(some%found)
+               slip = max(some%slip(1), 1.0e-6_wp)
+               if (some%found(1)) worst = max(worst, abs(one%slip - some%slip(1))/slip, &
+                                              maxval(abs(one%elastic - some%elastic(1, :, :)))/slip)
+               some%modulus = 180.0e6_wp
+               do p = 1, lanes
+                  call polar(some%elastic(p, :, :), turn, one%stretch)
+                  some%stretch(p, :, :) = one%stretch
+               end do
+            end do
+         end associate
+      end select
+      call say('lanes: difference to the guarded solve, of the slip of a step', worst)
+      call say('lanes: share of slips that they find', real(found, wp)/max(1, slipping))
+      call test%check(worst < 1.0e-4_wp, 'lanes: as the guarded solve')
+      call test%check(slipping > 1000, 'lanes: there is slip')
+      call test%check(found > 0.95_wp*slipping, 'lanes: nearly all are found in lanes')
+   end subroutine against_guarded
 
    !> Random orientations, increments from 1e-6 to 3e-2, rates from 1e-3 to 1e6 1/s, holds and reversals: a
    !> solution is found in each step, work never falls, the stress agrees with the slip by the law, volume is

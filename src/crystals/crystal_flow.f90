@@ -13,13 +13,13 @@ module m_crystal_flow
    integer, parameter, public :: iteration_limit = 60 !< of a minimisation
    integer, parameter, public :: max_rounds = 30     !< of a solve
    integer, parameter, public :: max_parts = 64      !< that a step is cut into where solves fail
-   real(wp), parameter :: tolerance = 1.0e-7_wp   !< of stress and resistances, in the smallest resistance
+   real(wp), parameter, public :: tolerance = 1.0e-7_wp !< of stress and resistances, in the smallest of these
    real(wp), parameter :: near = 3.0e-2_wp        !< the same, where Newton's method needs no guard
    real(wp), parameter :: looser = 1.0e-2_wp      !< of a minimisation, than what is wrong around it
    real(wp), parameter :: falls = 0.8_wp          !< what is wrong, at least by this factor in a round
-   real(wp), parameter :: tiny_slip = 1.0e-4_wp   !< in a step
+   real(wp), parameter, public :: tiny_slip = 1.0e-4_wp   !< in a step
    real(wp), parameter :: max_slope = 0.9_wp     !< behind a step, in that before it
-   real(wp), parameter :: growth = 30.0_wp        !< largest growth of the fastest slip in an iteration
+   real(wp), parameter, public :: growth = 30.0_wp !< largest growth of the fastest slip in an iteration
 
    !> One crystal: what flow is given, and what it finds.
    type :: slip_t
