@@ -31,7 +31,7 @@ contains
             allocate (present_here(effect%count), source=.false.)
             column = model%levels(1)%table%column('grain')
             without = 0
-            call look(model, column, present_here, without)
+            call count_grains(model, column, present_here, without)
             without = model%communicator%sum_count(without)
             call MPI_Allreduce(MPI_IN_PLACE, present_here, size(present_here), MPI_LOGICAL, MPI_LOR, &
                                model%communicator%comm)
@@ -47,7 +47,7 @@ contains
       end do
    end subroutine introduce_grains
 
-   subroutine look(model, column, present_here, without)
+   subroutine count_grains(model, column, present_here, without)
       type(model_t), intent(in) :: model
       integer, intent(in) :: column
       logical, intent(inout) :: present_here(:)
@@ -64,6 +64,6 @@ contains
             end associate
          end do
       end do
-   end subroutine look
+   end subroutine count_grains
 
 end module m_grain_report

@@ -69,7 +69,7 @@ module m_simulation
       procedure :: step
       procedure :: finalise
       procedure, private :: record
-      procedure, private :: look
+      procedure, private :: check_state
       procedure, private :: meet_fault
       procedure, private :: leave_directory
    end type simulation_t
@@ -234,13 +234,13 @@ contains
       if (self%course%steps == 1) call forget_end(self) ! of the run that this one continues
       if (self%model%requested_action == asks_end_lost) call self%leave_directory()
       written = self%recorder%snapshot_is_due(self%model%time) .or. self%keeper%is_due(self%model)
-      call self%look(written)
+      call self%check_state(written)
       if (.not. self%error%happened()) call self%record()
       if (self%error%happened()) then
          call self%meet_fault()
          return
       end if
-      call self%expectation%look(self%scene, self%model, self%console%elapsed())
+      call self%expectation%update(self%scene, self%model, self%console%elapsed())
       if (self%course%early_elapsed <= 0.0_wp .and. self%model%time >= 0.9_wp*self%scene%end_time) then
          self%course%early_contact = self%model%timers%seconds(phase_contact)
          self%course%early_elapsed = self%console%elapsed()
@@ -260,19 +260,19 @@ contains
 
    !> Collective: whether the state after a step can be trusted, all of it when it is `written` or the guard's
    !> turn has come.
-   subroutine look(self, written)
+   subroutine check_state(self, written)
       class(simulation_t), intent(inout) :: self
       logical, intent(in) :: written
       character(len=:), allocatable :: messages
       if (.not. self%error%happened()) &
-         call self%guard%look_at_step(self%model, longest_step(self%scene, self%model, self%model%time), &
+         call self%guard%check_step(self%model, longest_step(self%scene, self%model, self%model%time), &
                                       self%scene%quasi_static%holds_at(self%model%time), self%error)
       if (self%error%happened()) return
-      call self%range%look(self%model, self%model%time >= self%scene%end_time, messages, self%error)
+      call self%range%check(self%model, self%model%time >= self%scene%end_time, messages, self%error)
       if (messages /= '') call self%console%line(messages)
-      if (self%error%happened() .or. .not. (written .or. self%guard%look_is_due(self%model))) return
-      call self%guard%look(self%model, self%balance, self%error)
-   end subroutine look
+      if (self%error%happened() .or. .not. (written .or. self%guard%check_is_due(self%model))) return
+      call self%guard%check(self%model, self%balance, self%error)
+   end subroutine check_state
 
    !> Collective: let the guard keep this state, from which the histories would go on.
    subroutine save(self, written)
@@ -338,9 +338,9 @@ contains
       call self%model%timers%enter(phase_output)
       if (self%recorder%history_is_due(self%model%time)) then
          call self%balance%follow(self%model)
-         call self%guard%look_at_energy(self%model, self%balance, self%error)
+         call self%guard%check_energy(self%model, self%balance, self%error)
          if (.not. self%error%happened()) &
-            call self%guard%look_at_work(self%model, self%balance, self%model%time >= self%scene%end_time, &
+            call self%guard%check_work(self%model, self%balance, self%model%time >= self%scene%end_time, &
                                          self%error)
          if (.not. self%error%happened()) &
             call self%recorder%record_history(self%model, self%balance, self%error)

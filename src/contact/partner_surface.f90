@@ -79,7 +79,7 @@ contains
       do e = 1, elements%own
          if (.not. has_company(elements, e)) cycle
          call elements%near(e, bin, found, numbers)
-         call look(elements, e, numbers(:found), views)
+         call find_views(elements, e, numbers(:found), views)
          do field = 1, size(views)
             if (field == elements%field(e)) cycle
             if (views(field)%lateral > across) cycle
@@ -114,7 +114,7 @@ contains
    end function has_company
 
    !> What an element sees of all fields: of its own the surface around it, of others what faces it.
-   pure subroutine look(elements, e, numbers, views)
+   pure subroutine find_views(elements, e, numbers, views)
       type(surface_elements_t), intent(in) :: elements
       integer, intent(in) :: e, numbers(:)
       type(view_t), intent(out) :: views(:) !< (fields)
@@ -160,7 +160,7 @@ contains
             end associate
          end do
       end associate
-   end subroutine look
+   end subroutine find_views
 
    !> The normal of a surface where an element meets it: the mean of those around, turned by the surface's
    !> curvatures from their middle to the foot of the element. The curvatures are those that fit the normals

@@ -46,33 +46,33 @@ contains
    end function overlap
 
    !> How deep a shape reaches into another, m, and where: the place in it that is furthest inside the other.
-   !> Found to a twentieth, or as far as so many looks go.
+   !> Found to a twentieth, or as far as so many checks go.
    subroutine deepest(body, tool, place, where_it_is, deep)
       class(shape_t), intent(in), target :: body, tool
       real(wp), intent(in) :: place(3)              !< of the origin of the tool, m
       real(wp), intent(out) :: where_it_is(3), deep !< m
       real(wp) :: lower(3), upper(3), lower_tool(3), upper_tool(3)
-      integer :: looks
+      integer :: checks
       call body%bounding_box(lower, upper)
       call tool%bounding_box(lower_tool, upper_tool)
       lower = max(lower, lower_tool + place)
       upper = min(upper, upper_tool + place)
       deep = 0.0_wp
       where_it_is = 0.5_wp*(lower + upper)
-      looks = max_checks
-      call look(pair_t(body, tool, place), lower, upper, finest*norm2(upper - lower), &
-                where_it_is, deep, looks)
+      checks = max_checks
+      call search(pair_t(body, tool, place), lower, upper, finest*norm2(upper - lower), &
+                where_it_is, deep, checks)
    end subroutine deepest
 
    !> Look for a deeper place in a box, first in that half whose middle is deeper.
-   recursive subroutine look(pair, lower, upper, least, where_it_is, deep, looks)
+   recursive subroutine search(pair, lower, upper, least, where_it_is, deep, checks)
       type(pair_t), intent(in) :: pair
       real(wp), intent(in) :: lower(3), upper(3), least !< least: half a box that is not divided, m
       real(wp), intent(inout) :: where_it_is(3), deep
-      integer, intent(inout) :: looks
+      integer, intent(inout) :: checks
       real(wp) :: middle(3), in_body, off_tool, reach, nearer(3), further(3)
       integer :: axis
-      looks = looks - 1
+      checks = checks - 1
       middle = 0.5_wp*(lower + upper)
       reach = 0.5_wp*norm2(upper - lower)
       in_body = -pair%one%distance(middle)
@@ -81,20 +81,20 @@ contains
          deep = in_body
          where_it_is = middle
       end if
-      if (looks <= 0 .or. reach <= least .or. off_tool > reach .or. in_body + reach <= 1.05_wp*deep) return
+      if (checks <= 0 .or. reach <= least .or. off_tool > reach .or. in_body + reach <= 1.05_wp*deep) return
       axis = maxloc(upper - lower, dim=1)
       nearer = upper
       further = lower
       nearer(axis) = middle(axis)
       further(axis) = middle(axis)
       if (pair%one%distance(0.5_wp*(lower + nearer)) <= pair%one%distance(0.5_wp*(further + upper))) then
-         call look(pair, lower, nearer, least, where_it_is, deep, looks)
-         call look(pair, further, upper, least, where_it_is, deep, looks)
+         call search(pair, lower, nearer, least, where_it_is, deep, checks)
+         call search(pair, further, upper, least, where_it_is, deep, checks)
       else
-         call look(pair, further, upper, least, where_it_is, deep, looks)
-         call look(pair, lower, nearer, least, where_it_is, deep, looks)
+         call search(pair, further, upper, least, where_it_is, deep, checks)
+         call search(pair, lower, nearer, least, where_it_is, deep, checks)
       end if
-   end subroutine look
+   end subroutine search
 
    !> The larger of the two signed distances of a point, m: below 0 where it lies in both shapes.
    pure real(wp) function depth(self, point)

@@ -19,16 +19,16 @@ module m_domain_range
 
    type :: domain_range_t
       integer(i8), allocatable, private :: extent(:, :) !< (3, bodies): places of their lattices
-      integer(i8), private :: looked = 0                !< step of the last look
+      integer(i8), private :: checked = 0                !< step of the last check
       character(len=:), allocatable :: said             !< the first sentence
       logical, private :: reported(5) = .false. !< of tension, of gaps, of overlap, of loads on a stress that
                                             !< lags, of cubes that are drawn out
    contains
       procedure :: start
-      procedure :: look
+      procedure :: check
    end type domain_range_t
 
-   integer, parameter :: look_every = 400               !< steps
+   integer, parameter :: check_every = 400               !< steps
    real(wp), parameter :: max_tension = 0.01_wp !< of the modulus of a wave, that boxes of one a cell are to
                                                  !< bear
    real(wp), parameter :: apart = 0.2_wp !< neighbours so many cells further apart than their strains say are
@@ -56,7 +56,7 @@ contains
 
    !> Collective: every so many steps, and where `now` says so. `news`: what is to be said now, empty if
    !> nothing.
-   subroutine look(self, model, now, message, error)
+   subroutine check(self, model, now, message, error)
       class(domain_range_t), intent(inout) :: self
       type(model_t), intent(in) :: model
       logical, intent(in) :: now
@@ -66,11 +66,11 @@ contains
       integer :: b
       logical :: means !< an effect makes strain rates means of cells
       message = ''
-      if (.not. (now .or. model%step - self%looked >= look_every)) return
-      self%looked = model%step
+      if (.not. (now .or. model%step - self%checked >= check_every)) return
+      self%checked = model%step
       worst = 0.0_wp
       do b = 1, size(model%levels(1)%blocks)
-         call look_at_block(self, model, b, worst, error)
+         call check_block(self, model, b, worst, error)
       end do
       call model%communicator%agree(error)
       call MPI_Allreduce(MPI_IN_PLACE, worst, size(worst), MPI_DOUBLE_PRECISION, MPI_MAX, &
@@ -109,12 +109,12 @@ contains
                 'domain=''stretch'' or ''corners'''
       end if
       if (self%said == '') self%said = message
-   end subroutine look
+   end subroutine check
 
    !> The largest tension of particles that are all of a cell, over the modulus; of fixed domains the longest
    !> stretched edge, in cells, the largest share that is pressed away of one and that it is drawn out by; a
    !> fault where neighbours have come apart.
-   subroutine look_at_block(self, model, b, worst, error)
+   subroutine check_block(self, model, b, worst, error)
       type(domain_range_t), intent(in) :: self
       type(model_t), intent(in) :: model
       integer, intent(in) :: b
@@ -150,12 +150,12 @@ contains
             end do
          end do
       end associate
-      if (n > 1) call look_for_gaps(self, model, b, listed(:n), error)
-   end subroutine look_at_block
+      if (n > 1) call find_gaps(self, model, b, listed(:n), error)
+   end subroutine check_block
 
    !> Particles that touched each other at the start, in one block still, and are further apart than their
    !> strains say.
-   subroutine look_for_gaps(self, model, b, listed, error)
+   subroutine find_gaps(self, model, b, listed, error)
       type(domain_range_t), intent(in) :: self
       type(model_t), intent(in) :: model
       integer, intent(in) :: b, listed(:)
@@ -178,7 +178,7 @@ contains
             end do
          end do
       end associate
-   end subroutine look_for_gaps
+   end subroutine find_gaps
 
    !> A fault where two neighbours are apart.
    subroutine compare(model, b, p, q, error)

@@ -34,9 +34,9 @@ module m_guard
       integer :: row = 0                  !< of the timers
       real(wp) :: quiet = 0.0_wp          !< energies below this are not judged, J
       real(wp) :: first_step = 0.0_wp     !< the first explicit time step, s; 0: none yet
-      integer(i8) :: looked = 0           !< step of the last look at all fields
+      integer(i8) :: checked = 0           !< step of the last check of all fields
       logical :: implicit = .false.       !< the next step is: a copy costs little beside such a step
-      logical :: clean = .true.           !< no energy to speak of had come from nowhere at that look
+      logical :: clean = .true.           !< no energy to speak of had come from nowhere at that check
       integer(i8) :: apart_since = -1     !< step from which works have been too far apart; -1: they are not
       integer :: attempt = 0              !< times that the present trouble has been met; 0: none
       logical :: gave_up = .false.        !< the model stands as in the copy
@@ -50,11 +50,11 @@ module m_guard
       procedure :: sentence
       procedure :: kept_bytes
       procedure :: share
-      procedure :: look_at_step
-      procedure :: look_is_due
-      procedure :: look
-      procedure :: look_at_energy
-      procedure :: look_at_work
+      procedure :: check_step
+      procedure :: check_is_due
+      procedure :: check
+      procedure :: check_energy
+      procedure :: check_work
       procedure :: save
       procedure :: can_go_back
       procedure :: go_back
@@ -88,7 +88,7 @@ contains
       end if
       self%row = model%timers%row_of('guard')
       self%first_step = time_step
-      self%looked = model%step
+      self%checked = model%step
       self%free = free_memory(model%communicator)
       self%saves = fits(self, model)
       if (self%saves) self%saves = model%communicator%sum_real(real(copy_bytes(model), wp)) &
@@ -177,7 +177,7 @@ contains
 
    !> Collective: after each step. Past a trouble the given steps are taken again; a time step that has become
    !> very small is a fault.
-   subroutine look_at_step(self, model, time_step, implicit, error)
+   subroutine check_step(self, model, time_step, implicit, error)
       class(guard_t), intent(inout) :: self
       type(model_t), intent(in) :: model
       real(wp), intent(in) :: time_step !< the next one, without the share, s
@@ -185,7 +185,7 @@ contains
       type(error_t), intent(inout) :: error
       if (self%attempt > 0 .and. model%time >= self%until) then
          self%attempt = 0
-         self%looked = model%step - self%spec%save_every ! look now, and keep what has been won
+         self%checked = model%step - self%spec%save_every ! check now, and keep what has been won
       end if
       self%implicit = implicit
       if (implicit) then ! its length is no measure of an explicit step
@@ -199,38 +199,38 @@ contains
                 ' of the first one, '//to_text(self%first_step, 3)// &
                 ' s; try a smaller safety, or a smaller &guard step_limit if this is meant', &
                 recoverable=.true.)
-   end subroutine look_at_step
+   end subroutine check_step
 
-   !> True when all fields are to be looked at after this step.
-   pure logical function look_is_due(self, model)
+   !> True when all fields are to be checked at after this step.
+   pure logical function check_is_due(self, model)
       class(guard_t), intent(in) :: self
       type(model_t), intent(in) :: model
-      look_is_due = self%implicit .or. model%step - self%looked >= self%spec%save_every
-   end function look_is_due
+      check_is_due = self%implicit .or. model%step - self%checked >= self%spec%save_every
+   end function check_is_due
 
    !> Collective: all fields of all particles, and the energy.
-   subroutine look(self, model, balance, error)
+   subroutine check(self, model, balance, error)
       class(guard_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
       type(balance_t), intent(in) :: balance
       type(error_t), intent(inout) :: error
       type(balance_t) :: seen
       call model%timers%enter(self%row)
-      self%looked = model%step
+      self%checked = model%step
       self%clean = .true.
       call check_fields(model, error)
       if (.not. error%happened() .and. max(self%spec%energy_limit, self%spec%work_limit) > 0.0_wp) then
          seen = balance%glance(model)
-         call self%look_at_energy(model, seen, error)
-         if (.not. error%happened()) call self%look_at_work(model, seen, .false., error)
+         call self%check_energy(model, seen, error)
+         if (.not. error%happened()) call self%check_work(model, seen, .false., error)
          if (self%spec%energy_limit > 0.0_wp) &
             self%clean = seen%excess() <= clean_share*self%spec%energy_limit*max(seen%largest, self%quiet)
       end if
       call model%timers%leave()
-   end subroutine look
+   end subroutine check
 
    !> Collective: energy must not come from nowhere. What is lost is no fault: PIC and contact lose some.
-   subroutine look_at_energy(self, model, balance, error)
+   subroutine check_energy(self, model, balance, error)
       class(guard_t), intent(in) :: self
       type(model_t), intent(in) :: model
       type(balance_t), intent(in) :: balance !< the same on all ranks, but for last bits
@@ -245,15 +245,15 @@ contains
                    ' of the largest energy or work, '//to_text(balance%largest, 3)// &
                    ' J; try a smaller safety', recoverable=.true.)
       end if
-   end subroutine look_at_energy
+   end subroutine check_energy
 
    !> Collective: the work that loads are said to do must be what they do on the particles, but for the first
    !> steps of a load or a touch. Smaller steps would not change it.
-   subroutine look_at_work(self, model, balance, ends, error)
+   subroutine check_work(self, model, balance, ends, error)
       class(guard_t), intent(inout) :: self
       type(model_t), intent(in) :: model
       type(balance_t), intent(in) :: balance !< the same on all ranks, but for last bits
-      logical, intent(in) :: ends !< the scene does with this step: it is looked at for the last time
+      logical, intent(in) :: ends !< the scene does with this step: it is checked at for the last time
       type(error_t), intent(inout) :: error
       associate (apart => max(abs(balance%effects_apart), merge(0.0_wp, abs(balance%tools_apart), &
                                                                 model%has_statics)))
@@ -270,7 +270,7 @@ contains
                       ' J; try domain=''corners'', 8 or 27 particles per cell, or smaller cells')
          end if
       end associate
-   end subroutine look_at_work
+   end subroutine check_work
 
    !> Work of the loads whose two figures are further apart.
    function work_text(balance) result(text)
@@ -283,15 +283,15 @@ contains
       end if
    end function work_text
 
-   !> Collective: keep a copy of a state that has passed the look, unless the run is still in the trouble that
-   !> it went back for or some energy looks as if trouble had begun; not for long, though. `written`: this
-   !> state has gone to the disk and must not go there again, so that the copy has to be made.
+   !> Collective: keep a copy of a state that has passed the check, unless the run is still within the fault
+   !> for which it rolled back, or the energy has begun to grow; but not for long. `written`: this state is on
+   !> the disk and must not be written there again, so the copy must be made.
    subroutine save(self, model, balance, written)
       class(guard_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
       type(balance_t), intent(inout) :: balance
       logical, intent(in) :: written
-      if (.not. self%saves .or. self%looked /= model%step) return
+      if (.not. self%saves .or. self%checked /= model%step) return
       if (.not. written) then
          if (self%attempt > 0) return
          if (.not. self%clean .and. model%step - self%saved%step < longest_wait*self%spec%save_every) return
@@ -334,7 +334,7 @@ contains
       call self%saved%give_back(model, balance)
       self%until = max(self%until, fault + 2.0_wp**min(self%retries - 1, max_doublings) &
                        *max(fault - model%time, self%spec%save_every*self%first_step))
-      self%looked = model%step
+      self%checked = model%step
       self%apart_since = -1
       error = error_t()
       call model%timers%leave()

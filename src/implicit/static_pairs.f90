@@ -24,7 +24,7 @@ module m_static_pairs
       real(wp), allocatable, private :: given(:, :)  !< (3, nodes): forces, or what else goes to the nodes
    contains
       procedure :: connect
-      procedure :: look
+      procedure :: read_motion
       procedure :: way
       procedure :: push
       procedure :: give
@@ -78,11 +78,11 @@ contains
    end subroutine connect
 
    !> Collective among near ranks: take the displacements of the far sides' nodes from tiles.
-   subroutine look(self, tiles)
+   subroutine read_motion(self, tiles)
       class(static_pairs_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: tiles(:, 0:, 0:, 0:, :) !< in v_x to v_z, m
       if (self%active) call self%exchange%read(tiles, as_motion, self%motion)
-   end subroutine look
+   end subroutine read_motion
 
    !> Way of the far side of a point by the displacements that were looked at last, m.
    pure function way(self, n) result(u)

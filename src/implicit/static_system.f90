@@ -176,7 +176,7 @@ contains
       class(static_system_t), intent(inout) :: self
       real(wp), intent(in) :: z(:) !< m
       call spread(self%levels, self%model, z)
-      call self%contact%pairs%look(self%model%levels(size(self%levels))%nodes)
+      call self%contact%pairs%read_motion(self%model%levels(size(self%levels))%nodes)
    end subroutine set_motion
 
    !> Collective: the forces on the unknowns under displacements, without contact, N; gaps of the points; the

@@ -206,7 +206,7 @@ contains
       integer :: iteration, side, last
       bulk = self%lame + 2.0_wp*self%shear/3.0_wp
       trial = ends
-      call look(0.0_wp, ends, off(1))
+      call find_distance(0.0_wp, ends, off(1))
       if (.not. off(1) > 0.0_wp) then
          ends = trial
          return
@@ -217,7 +217,7 @@ contains
       last = 0
       do iteration = 1, iteration_limit
          middle = (e(1)*off(2) - e(2)*off(1))/(off(2) - off(1))
-         call look(middle, ends, now)
+         call find_distance(middle, ends, now)
          if (abs(now) <= close_enough .or. e(2) - e(1) <= close_enough*e(2)) exit
          side = merge(1, 2, now > 0.0_wp)
          if (side == last) off(3 - side) = 0.5_wp*off(3 - side)
@@ -227,7 +227,7 @@ contains
       end do
    contains
       !> Distance from the ellipse after compaction by `grown`, relative to its size, of p and q there.
-      pure subroutine look(grown, at, distance)
+      pure subroutine find_distance(grown, at, distance)
          real(wp), intent(in) :: grown
          real(wp), intent(out) :: at(2), distance
          real(wp) :: begin, axis, x
@@ -237,7 +237,7 @@ contains
          x = grown/max(at(1) - begin, 1.0e-14_wp*axis)
          at(2) = trial(2)/(1.0_wp + 3.0_wp*self%shear*self%cap_ratio**2*x)
          distance = sqrt(max(at(1) - begin, 0.0_wp)**2 + (self%cap_ratio*at(2))**2)/axis - 1.0_wp
-      end subroutine look
+      end subroutine find_distance
    end subroutine return_to_cap
 
    !> Pressure at which cone and cap meet, Pa.

@@ -224,7 +224,7 @@ contains
          d(i) = min(max(excess(i)/(return_slope + slope(i) - trial%slope(i)), 0.0_wp), high(i))
       end do
       do iteration = 1, iteration_limit
-         call self%kinematic%look(d, trial)
+         call self%kinematic%evaluate_trial(d, trial)
          at(:trial%n) = strain(:trial%n) + d(:trial%n)
          call self%curve(at(:trial%n), now(:trial%n), slope(:trial%n))
          worst = 0.0_wp

@@ -28,7 +28,7 @@ module m_kinematic
       procedure :: turn
       procedure :: relative
       procedure :: prepare
-      procedure :: look
+      procedure :: evaluate_trial
       procedure :: advance
       procedure :: stored
    end type kinematic_t
@@ -138,7 +138,7 @@ contains
       end associate
    end subroutine relative
 
-   !> What else `look` needs of these particles; and what `look` says of no flow.
+   !> What else `evaluate_trial` needs of these particles; and what `evaluate_trial` says of no flow.
    pure subroutine prepare(self, column, p, n, trial)
       class(kinematic_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -168,7 +168,7 @@ contains
 
    !> What the trials are like after flow by d (equivalent plastic strain). For flow in one direction the law
    !> is integrated exactly.
-   pure subroutine look(self, d, trial)
+   pure subroutine evaluate_trial(self, d, trial)
       class(kinematic_t), intent(in) :: self
       real(wp), intent(in) :: d(few)
       type(trial_t), intent(inout) :: trial
@@ -202,7 +202,7 @@ contains
       do k = 1, size(self%back)
          trial%slope(:n) = trial%slope(:n) - self%modulus(k)*trial%left(:n, k)
       end do
-   end subroutine look
+   end subroutine evaluate_trial
 
    !> a : b of symmetric tensors side by side.
    pure subroutine products(n, a, b, found)
@@ -249,8 +249,9 @@ contains
       product_of = a1*b1 + a2*b2 + a3*b3 + 2.0_wp*(a4*b4 + a5*b5 + a6*b6)
    end function product_of
 
-   !> Back stresses of n particles from p on after flow by d along x, as `look` has left them, and what they
-   !> dissipate meanwhile per volume: their work less what they store (J/m3). x becomes that of this flow.
+   !> Back stresses of n particles from p on after flow by d along x, as `evaluate_trial` has left them, and
+   !> what they dissipate meanwhile per volume: their work less what they store (J/m3). x becomes that of this
+   !> flow.
    !> Those with d = 0 stay.
    pure subroutine advance(self, d, trial, column, p, n, dissipated)
       class(kinematic_t), intent(in) :: self

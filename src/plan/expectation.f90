@@ -32,7 +32,7 @@ module m_expectation
       real(wp), private :: began = 0.0_wp, first_time = 0.0_wp, first_output = 0.0_wp
    contains
       procedure :: start
-      procedure :: look
+      procedure :: update
       procedure, private :: open_window
    end type expectation_t
 
@@ -65,7 +65,7 @@ contains
 
    !> Collective, after a step: when enough has been seen, tell the rest from it. Steps in which most of the
    !> material is still at rest tell little of those to come, and are forgotten.
-   subroutine look(self, scene, model, elapsed)
+   subroutine update(self, scene, model, elapsed)
       class(expectation_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
@@ -85,7 +85,7 @@ contains
             - self%began) >= enough_seconds) then
          call make(self, scene, model, elapsed, awake)
       end if
-   end subroutine look
+   end subroutine update
 
    !> Collective: the steps so far go on, with blocks that wake and, where contact has begun, more of it.
    subroutine make(self, scene, model, elapsed, awake)

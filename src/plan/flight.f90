@@ -79,7 +79,8 @@ contains
       do moment = 0, moments
          here = .false.
          do f = 1, size(flyers)
-            call look(model, flyers(f), (moment*ahead/moments)*flyers(f)%velocity, here, particles, home)
+            call mark_blocks(model, flyers(f), (moment*ahead/moments)*flyers(f)%velocity, here, particles, &
+                             home)
             held(moment) = held(moment) + particles
             steps(moment) = steps(moment) + particles*level_steps(home)
          end do
@@ -137,7 +138,7 @@ contains
 
    !> Mark the blocks that a part of a body is in when it has gone so far; the level where it lives then, and
    !> how many particles it is there: eight for one, level by level.
-   subroutine look(model, flyer, way, entered, particles, home)
+   subroutine mark_blocks(model, flyer, way, entered, particles, home)
       type(model_t), intent(in) :: model
       type(flyer_t), intent(in) :: flyer
       real(wp), intent(in) :: way(3) !< m
@@ -163,6 +164,6 @@ contains
          call model%mark_around(l, flyer%field, low_there, high_there, entered)
       end do
       particles = flyer%particles*8.0_wp**(home - flyer%level)
-   end subroutine look
+   end subroutine mark_blocks
 
 end module m_flight
