@@ -32,6 +32,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 
 from . import indentation
 from . import tool_surface
+from .atoms_section import atoms_beside
 from .run_data import (
     History,
     Particles,
@@ -309,6 +310,7 @@ class Section:
             (f"$\\sigma_{{{2 * 'xyz'[up]}}}$", stress[:, up], "Pa"),
             ("von Mises stress", von_mises(stress), "Pa"),
         ]
+        self.atoms = atoms_beside(run, particles, across, up, self.normal, self.point[self.normal])
         self.more = [
             (name.replace("_", " "), particles[name][chosen].reshape(-1), unit)
             for name, unit in (("plastic_strain", ""), ("temperature", "K"))
@@ -327,18 +329,29 @@ class Section:
             axis=1,
         )
 
-    def limits(self, values):
+    def limits(self, values, of_atoms=None):
         """Range of the part that matters, without the few extremes at the rim of the contact; 0 belongs to
         it."""
         left, right, bottom, top = self.views[-1]
         near = (self.x >= left) & (self.x <= right) & (self.z >= bottom) & (self.z <= top)
         low, high = np.nanpercentile(np.r_[values[near], 0.0], [0.2, 99.8])
+        if of_atoms is not None:  # a surface of atoms has stresses of its own
+            least, most = np.nanpercentile(of_atoms, [5, 95])
+            low, high = min(low, least), max(high, most)
         return min(low, 0.0), max(high, 0.0)
 
-    def draw(self, ax, values, unit, view):
-        """One panel; returns what a colour bar needs, the unit with its prefix, and the lines of levels."""
+    def atoms_values(self, label):
+        """Of the atoms, what a panel shows (Pa); None where it is no stress or there are no atoms."""
+        if self.atoms is None or label not in (self.panels[0][0], self.panels[1][0]):
+            return None
+        stress = self.atoms.stress
+        return stress[:, self.up] if label == self.panels[0][0] else von_mises(stress)
+
+    def draw(self, ax, values, unit, view, of_atoms=None):
+        """One panel, with values of atoms where there are some; returns what a colour bar needs, the unit with
+        its prefix, and the lines of levels."""
         across, up, normal, factor = self.across, self.up, self.normal, self.factor
-        low, high = self.limits(values)
+        low, high = self.limits(values, of_atoms)
         value_factor, value_unit = scaled(unit, [low, high]) if unit == "Pa" else (1.0, unit)
         # edges cover hairlines
         drawn = PolyCollection(
@@ -351,6 +364,8 @@ class Section:
         drawn.set_clim(low / value_factor, high / value_factor)
         drawn.set_rasterized(True)
         ax.add_collection(drawn)
+        if of_atoms is not None:
+            self.atoms.draw(ax, of_atoms, drawn, factor, value_factor)
         edges = draw_levels(ax, self.particles, self.point, (across, up, normal), self.views[0], factor)
         draw_tools(self.run, ax, self.particles.time, across, up, factor)
         draw_cut_tools(self.run, ax, self.particles.time, (across, up, normal), self.point[normal], factor)
@@ -415,7 +430,9 @@ def draw_section(run, options):
     )
     for column, (label, values, unit) in enumerate(section.panels):
         for row, view in enumerate(views):
-            drawn, value_unit, edges = section.draw(axes[row][column], values, unit, view)
+            drawn, value_unit, edges = section.draw(
+                axes[row][column], values, unit, view, section.atoms_values(label)
+            )
         figure.colorbar(
             drawn,
             ax=axes[:, column],

@@ -7,18 +7,16 @@ module m_coupling
    use m_errors, only: error_t, fail
    use m_atom_fields, only: defects_of, write_dump_of => write_dump
    use m_atoms, only: atoms_t
-   use m_box, only: box_t
-   use m_carved, only: uncarve
+   use m_atoms_place, only: check_box, find_host, refuse_others
    use m_communicator, only: communicator_t
    use m_dynamics, only: dynamics_t
    use m_effect, only: effect_slot_t
-   use m_embedded_model, only: embedded_model_t
+   use m_embedded_model, only: embedded_model_t, embedded_reals
    use m_material, only: material_t
    use m_level, only: level_t
    use m_node_patch, only: node_patch_t
-   use m_pressure, only: pressure_t
-   use m_domain_kinds, only: domain_corners
-   use m_scene, only: scene_t, update_usl
+   use m_relaxation, only: relaxation_t
+   use m_scene, only: scene_t
    use m_shape, only: shape_t
    use m_text, only: si, to_text
    use m_tool, only: tool_t
@@ -28,7 +26,6 @@ module m_coupling
    private
    public :: build_atoms, coupling_of
 
-   real(wp), parameter :: whole = 1.0e-6_wp   !< of a constant: edges of the box are whole numbers of it
    real(wp), parameter :: alike = 1.0e-2_wp   !< moduli and densities that are said to be the same
    real(wp), parameter :: edge_margin = 3.0_wp !< cells between pads and the edge of the finest level
 
@@ -115,108 +112,10 @@ contains
       if (communicator%is_root()) call self%atoms%set_velocities(scene%bodies(host)%velocity, &
             reshape([(0.0_wp, k=1, 9)], [3, 3]), [0.0_wp, 0.0_wp, 0.0_wp])
       call MPI_Bcast(self%counts, 2, MPI_INTEGER, 0, communicator%comm)
+      call share_sums(self, communicator)
       allocate (self%pushes(size(scene%tools)))
       call describe(self, scene, host)
    end subroutine build
-
-   !> What does not go with atoms yet.
-   subroutine refuse_others(spec, scene, error)
-      type(atoms_t), intent(in) :: spec
-      type(scene_t), intent(in) :: scene
-      type(error_t), intent(inout) :: error
-      character(len=:), allocatable :: what
-      integer :: e
-      what = ''
-      do e = 1, size(scene%effects)
-         select type (other => scene%effects(e)%it)
-         type is (pressure_t)
-            if (all(other%lower <= spec%upper .and. other%upper >= spec%lower)) &
-               what = 'a &pressure on the box'
-         end select
-      end do
-      if (scene%fields() > 1) what = 'several contact groups'
-      if (scene%time%stress_update /= update_usl) what = 'a stress_update other than ''usl'''
-      if (scene%time%domain /= domain_corners) what = 'a domain other than ''corners'''
-      if (what /= '') &
-         call fail(error, exit_input, spec%group_text()//': not with '//what//' yet; leave it out')
-   end subroutine refuse_others
-
-   !> The body in which the box is, as it is without the box; and the box within it.
-   subroutine find_host(spec, scene, host, body, lower, upper, error)
-      type(atoms_t), intent(in) :: spec
-      type(scene_t), intent(in) :: scene
-      integer, intent(out) :: host
-      class(shape_t), allocatable, intent(out) :: body
-      real(wp), intent(out) :: lower(3), upper(3)
-      type(error_t), intent(inout) :: error
-      real(wp) :: low(3), high(3)
-      integer :: b
-      host = 0
-      do b = 1, size(scene%bodies)
-         call scene%bodies(b)%shape%bounding_box(low, high)
-         if (any(spec%lower >= high) .or. any(spec%upper <= low)) cycle
-         if (host > 0) call fail(error, exit_input, spec%group_text()//': the box overlaps several '// &
-                                 'bodies; allowed: one')
-         host = b
-         lower = max(spec%lower, low)
-         upper = min(spec%upper, high)
-      end do
-      if (host == 0) call fail(error, exit_input, spec%group_text()//': the box lies outside all bodies')
-      if (error%happened()) return
-      allocate (body, source=scene%bodies(host)%shape)
-      call uncarve(body)
-      select type (body)
-      type is (box_t)
-         continue
-      class default
-         call fail(error, exit_input, spec%group_text()//': the body around it must be of shape=''box'' yet')
-      end select
-      if (any(abs(scene%bodies(host)%turned_axes() - [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]) > 1.0e-12_wp)) &
-         call fail(error, exit_input, spec%group_text()// &
-                   ': the body around it must have orientation=0,0,0 yet')
-      if (any(abs(scene%bodies(host)%angular_velocity) > 0.0_wp) &
-          .or. any(abs(scene%bodies(host)%stress) > 0.0_wp)) &
-         call fail(error, exit_input, spec%group_text()//': the body around it must have neither stress '// &
-                   'nor angular_velocity at the start')
-   end subroutine find_host
-
-   !> Edges of whole lattice constants, faces between particles, pads within the body.
-   subroutine check_box(spec, scene, lower, upper, host, error)
-      type(atoms_t), intent(in) :: spec
-      type(scene_t), intent(in) :: scene
-      real(wp), intent(in) :: lower(3), upper(3)
-      integer, intent(in) :: host
-      type(error_t), intent(inout) :: error
-      real(wp) :: low(3), high(3), particle, pad, edge
-      integer :: k
-      call scene%bodies(host)%shape%bounding_box(low, high)
-      particle = scene%grid%cell_size/(2**size(scene%levels))/nint(scene%bodies(host)%particles_per_cell &
-                                                                    **(1.0_wp/3.0_wp))
-      pad = spec%pad_width()
-      associate (a => spec%crystal%constant)
-         do k = 1, 3
-            edge = (upper(k) - lower(k))/a
-            if (abs(edge - anint(edge)) > whole*edge) &
-               call fail(error, exit_input, spec%group_text()//': the edge along '//'xyz'(k:k)//' is '// &
-                         to_text(edge, 9)//' constants of the lattice ('// &
-                         to_text(a, 12)//' m); allowed: whole numbers, to a millionth')
-            if (off_lattice(lower(k) - low(k)) .or. off_lattice(upper(k) - low(k))) &
-               call fail(error, exit_input, spec%group_text()//': a face across '//'xyz'(k:k)//' does '// &
-                         'not lie between particles, which are '//to_text(particle, 9)//' m wide; '// &
-                         'allowed: whole numbers of them from the body''s lower corner')
-            if ((lower(k) > low(k) .and. lower(k) - pad < low(k)) .or. &
-                (upper(k) < high(k) .and. upper(k) + pad > high(k))) &
-               call fail(error, exit_input, spec%group_text()//': the box must leave '//si(pad, 'm')// &
-                         ' of the body around it, for pads, or reach out of it')
-            if (error%happened()) return
-         end do
-      end associate
-   contains
-      pure logical function off_lattice(way)
-         real(wp), intent(in) :: way
-         off_lattice = abs(way/particle - anint(way/particle)) > 1.0e-6_wp*max(1.0_wp, way/particle)
-      end function off_lattice
-   end subroutine check_box
 
    !> What there is, and how well the law of the body goes with the atoms.
    subroutine describe(self, scene, host)
@@ -282,8 +181,25 @@ contains
       if (error%happened()) return
       self%work = self%work + sums(1)
       self%tool_work = sums(3)
+      call share_sums(self, communicator)
       call self%patch%apply(level, time_step)
    end subroutine couple
+
+   !> Collective: the sums of rank 0's atoms as they are now.
+   subroutine share_sums(self, communicator)
+      class(coupling_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      if (associated(self%atoms)) then
+         associate (atoms => self%atoms)
+            self%sums%mass = atoms%mass*atoms%real_atoms
+            self%sums%kinetic = atoms%kinetic()
+            self%sums%potential = atoms%potential_change() + atoms%repulsion%energy
+            self%sums%taken = atoms%relaxation%taken + atoms%bath%taken
+            call atoms%momentum(self%sums%momentum, self%sums%angular_momentum)
+         end associate
+      end if
+      call MPI_Bcast(self%sums, embedded_reals, MPI_DOUBLE_PRECISION, 0, communicator%comm)
+   end subroutine share_sums
 
    !> Rank 0: the atoms, which are half a step behind the places of particles, as the velocities of these are,
    !> go through the second half of the step before and the first half of this one, for which the pads get the
@@ -302,6 +218,7 @@ contains
       associate (patch => self%patch, atoms => self%atoms)
          atoms%missed = 0
          patch%given = 0.0_wp
+         call atoms%bath%begin_round()
          if (size(tools) > 0) call atoms%repulsion%place_tools(tools, -self%behind)
          if (.not. rests) call atoms%advance(self%behind, patch, complaint, anew=.true.)
          if (size(tools) > 0) call atoms%repulsion%begin_step(time, time_step)
@@ -384,12 +301,18 @@ contains
    subroutine get_state(self, x, v, pushes, sums)
       class(coupling_t), intent(in) :: self
       real(wp), allocatable, intent(out) :: x(:, :), v(:, :), pushes(:, :), sums(:)
+      integer :: k
       allocate (x(3, sum(self%counts)), v(3, sum(self%counts)), pushes(3, self%counts(2)), source=0.0_wp)
-      sums = [self%behind, self%work, self%tool_work, self%tool_work_in_balance, 0.0_wp, 0.0_wp, 0.0_wp]
+      sums = [self%behind, self%work, self%tool_work, self%tool_work_in_balance, self%sums%taken, &
+              self%sums%kinetic, self%sums%potential, self%sums%momentum, self%sums%angular_momentum, &
+              [(0.0_wp, k=1, 6)]]
       if (.not. associated(self%atoms)) return
       call self%atoms%get_motion(x, v)
       pushes = self%atoms%pad_push
-      sums(5:) = [self%atoms%quenched, self%atoms%turning]
+      associate (relaxation => self%atoms%relaxation, bath => self%atoms%bath)
+         sums(14:) = [self%atoms%bonds%stored, relaxation%taken, relaxation%angle, relaxation%downhill, &
+                      bath%taken, bath%rounds]
+      end associate
    end subroutine get_state
 
    subroutine set_state(self, x, v, pushes, sums)
@@ -399,11 +322,18 @@ contains
       self%work = sums(2)
       self%tool_work = sums(3)
       self%tool_work_in_balance = sums(4)
+      self%sums%taken = sums(5)
+      self%sums%kinetic = sums(6)
+      self%sums%potential = sums(7)
+      self%sums%momentum = sums(8:10)
+      self%sums%angular_momentum = sums(11:13)
       if (.not. associated(self%atoms)) return
       call self%atoms%set_motion(x, v)
       self%atoms%pad_push = pushes
-      self%atoms%quenched = sums(5)
-      self%atoms%turning = sums(6:7)
+      self%atoms%bonds%stored = sums(14)
+      self%atoms%relaxation = relaxation_t(sums(16), sums(17), sums(15))
+      self%atoms%bath%taken = sums(18)
+      self%atoms%bath%rounds = sums(19)
    end subroutine set_state
 
    !> A row of the history (io/atoms_output.f90 has the columns). Zeros on other ranks than 0.
@@ -414,7 +344,7 @@ contains
       if (.not. associated(self%atoms)) return
       associate (atoms => self%atoms)
          values(1) = atoms%kinetic()
-         values(2) = atoms%potential() - atoms%first_potential
+         values(2) = atoms%potential_change()
          values(3) = atoms%temperature()
          call atoms%momentum(values(4:6), values(7:9))
          values(10) = self%work
@@ -422,7 +352,7 @@ contains
          values(12) = atoms%largest_force()
          values(13) = self%tool_work
          values(14) = atoms%repulsion%energy
-         values(15) = atoms%quenched
+         values(15) = self%sums%taken
          values(16) = defects_of(atoms)
          values(17) = atoms%bonds%worst
       end associate

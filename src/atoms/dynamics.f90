@@ -6,12 +6,14 @@ module m_dynamics
    use mpi_f08, only: MPI_COMM_SELF
    use m_kinds, only: wp
    use m_atoms, only: atoms_t
+   use m_bath, only: bath_t, thermal_speeds
    use m_bonds, only: bonds_t
    use m_lammps, only: lammps_t
    use m_lammps_potential, only: set_potential
    use m_lattice_sites, only: fill_lattice
    use m_node_patch, only: node_patch_t
    use m_potential_file, only: joule_per_ev
+   use m_relaxation, only: relaxation_t
    use m_shape, only: shape_t
    use m_tool_repulsion, only: tool_repulsion_t
    use m_text, only: exact_text
@@ -23,7 +25,6 @@ module m_dynamics
    real(wp), parameter :: kg_of_mass = mvv2e*joule_per_ev*1.0e-4_wp !< of 1 g/mol, as LAMMPS moves it
    real(wp), parameter :: skin = 1.0_wp  !< of neighbour lists, angstrom
    real(wp), parameter :: margin = 30.0_wp !< angstrom, in which atoms may leave the first box around all
-   real(wp), parameter :: first_turn = 0.1_wp !< of FIRE
    real(wp), parameter :: boltzmann = 1.380649e-23_wp !< J/K
 
    type, public :: dynamics_t
@@ -41,8 +42,8 @@ module m_dynamics
       type(tool_repulsion_t) :: repulsion            !< of tools
       integer :: steps = 0, done = 0                 !< of them
       logical :: anew = .false.                      !< the forces at the start of these are found anew
-      real(wp) :: turning(2) = [first_turn, 0.0_wp]  !< of quenching: how far velocities turn, steps downhill
-      real(wp) :: quenched = 0.0_wp                  !< energy that quenching has taken, J
+      type(relaxation_t) :: relaxation
+      type(bath_t) :: bath                           !< drag and thermostat
       logical, allocatable :: sound(:)               !< (real atoms) those that had the lattice's neighbours
       integer :: missed = 0                          !< bonds that no node with mass is near to
       real(wp) :: time_step = 0.0_wp                 !< of atoms, s
@@ -53,6 +54,7 @@ module m_dynamics
       procedure :: set_velocities
       procedure :: kinetic
       procedure :: potential
+      procedure :: potential_change
       procedure :: disorder
       procedure :: temperature
       procedure :: momentum
@@ -85,6 +87,7 @@ contains
       associate (pads => self%atoms - self%real_atoms)
          allocate (self%pad_speed(3, pads), self%pad_push(3, pads), source=0.0_wp)
       end associate
+      call self%bath%build(spec, body, places(:, :self%real_atoms), lower, upper)
       call begin(self, complaint)
    contains
       pure real(wp) function nearest(vectors)
@@ -136,8 +139,6 @@ contains
          call lmp%command('fix bonds all external pf/callback 1 1')
          if (lmp%fault == '') call lmp%call_back('bonds', at, c_loc(self))
          call lmp%command('fix pads pads setforce 0 0 0')
-         if (self%spec%drag > 0.0_wp) call lmp%command('fix drag atoms viscous '// &
-                          exact_text(self%mass/kg_of_mass*mvv2e*self%spec%drag*1.0e-12_wp))
          call lmp%command('fix move all nve')
          call lmp%command('thermo_style custom step c_sum c_pull') ! asks for energies, stresses of atoms
          call lmp%command('run 0 post no')
@@ -165,8 +166,7 @@ contains
       integer(c_int), intent(in) :: ids(*)
       type(dynamics_t), pointer :: self
       type(c_ptr), pointer :: rows(:)
-      real(c_double), pointer :: places(:, :)
-      real(wp) :: factor
+      real(c_double), pointer :: places(:, :), v(:, :), forces(:, :)
       integer :: n
       call c_f_pointer(context, self)
       call c_f_pointer(x, rows, [1])
@@ -177,7 +177,8 @@ contains
       call c_f_pointer(f, rows, [1])
       call c_f_pointer(rows(1), places, [3, int(count)])
       places = 0.0_wp ! what acts on them besides the potential
-      call self%bonds%forces(self%spec%crystal%potential, self%x, self%force, self%place)
+      call self%bonds%forces(self%spec%crystal%potential, self%x, associated(self%patch), self%force, &
+                             self%place)
       if (allocated(self%repulsion%pairs)) then
          if (associated(self%patch) .and. .not. self%anew) &
             self%repulsion%ahead = self%repulsion%ahead + self%time_step
@@ -185,10 +186,19 @@ contains
          call add_repulsion(self, ids(:count), places)
       end if
       if (.not. associated(self%patch)) return
+      if (self%bath%acts()) then
+         call self%lammps%vectors('v', v)
+         call self%bath%push(self%x, ids(:count), v, self%mass, self%time_step, .not. self%anew, places)
+      end if
       if (self%anew) then
          call accumulate(self, 0.5_wp)
       else
-         if (self%spec%quenches()) call quench(self, places)
+         if (self%spec%quenches()) then
+            call self%lammps%vectors('v', v)
+            call self%lammps%vectors('f', forces)
+            call self%relaxation%turn(self%real_atoms, ids(:count), self%mass, self%time_step, v, forces, &
+                                      places)
+         end if
          self%done = self%done + 1
          call accumulate(self, merge(0.5_wp, 1.0_wp, self%done == self%steps))
       end if
@@ -218,44 +228,6 @@ contains
       call self%patch%add(self%place, self%force, share*self%time_step, self%missed)
       if (allocated(self%repulsion%pairs)) call self%repulsion%accumulate(self%x, share*self%time_step)
    end subroutine accumulate
-
-   !> Bitzek's FIRE with a given step: velocities turn towards the forces; all atoms stop when these do work
-   !> against them. `more` acts besides LAMMPS's own forces.
-   subroutine quench(self, more)
-      type(dynamics_t), intent(inout) :: self
-      real(c_double), intent(in) :: more(:, :)
-      real(c_double), pointer :: v(:, :), f(:, :)
-      integer(c_int), pointer :: ids(:)
-      real(wp) :: one(3), power, speed, push, after
-      integer :: n
-      call self%lammps%vectors('v', v)
-      call self%lammps%vectors('f', f)
-      call self%lammps%numbers('id', ids)
-      power = 0.0_wp
-      speed = 0.0_wp
-      push = 0.0_wp
-      do n = 1, size(ids)
-         if (ids(n) > self%real_atoms) cycle
-         one = f(:, n) + more(:, n)
-         power = power + dot_product(v(:, n), one)
-         speed = speed + sum(v(:, n)**2)
-         push = push + sum(one**2)
-      end do
-      associate (turn => self%turning(1), count => self%turning(2))
-         count = merge(count + 1.0_wp, 0.0_wp, power > 0.0_wp)
-         if (.not. power > 0.0_wp) turn = first_turn
-         if (count > 5.5_wp) turn = 0.99_wp*turn
-         after = 0.0_wp
-         do n = 1, size(ids)
-            if (ids(n) > self%real_atoms) cycle
-            one = f(:, n) + more(:, n)
-            v(:, n) = merge((1.0_wp - turn)*v(:, n) + turn*sqrt(speed/max(push, tiny(push)))*one, 0.0_wp, &
-                            power > 0.0_wp)
-            after = after + sum(v(:, n)**2)
-         end do
-      end associate
-      self%quenched = self%quenched + 0.5_wp*self%mass*(speed - after)/metre_a_second**2
-   end subroutine quench
 
    !> Move the atoms through a time in equal steps; the impulses of the bonds go to the nodes of the patch.
    !> `anew`: neighbours and forces are found from places alone, so that going on from these gives the same.
@@ -312,18 +284,22 @@ contains
       end do
    end function pad_velocities
 
-   !> Give all real atoms the velocity v + L (x - about).
+   !> Give all real atoms the velocity v + L (x - about), and one by chance where they have a temperature.
    subroutine set_velocities(self, v, gradient, about)
       class(dynamics_t), intent(inout) :: self
       real(wp), intent(in) :: v(3), gradient(3, 3), about(3) !< m/s, 1/s, m
       real(c_double), pointer :: velocity(:, :)
       integer(c_int), pointer :: ids(:)
+      real(wp), allocatable :: thermal(:, :)
       integer :: n
+      ! half of what is given goes to the potential energy of an undisturbed lattice
+      thermal = thermal_speeds(self%real_atoms, self%mass, 2.0_wp*self%spec%temperature, self%spec%seed)
       call self%lammps%vectors('v', velocity)
       call self%lammps%numbers('id', ids)
       do n = 1, size(ids)
          if (ids(n) > self%real_atoms) cycle
-         velocity(:, n) = metre_a_second*(v + matmul(gradient, self%x(:, ids(n)) - about))
+         velocity(:, n) = metre_a_second*(v + thermal(:, ids(n)) &
+                                          + matmul(gradient, self%x(:, ids(n)) - about))
       end do
    end subroutine set_velocities
 
@@ -377,6 +353,13 @@ contains
       class(dynamics_t), intent(in) :: self
       potential = self%lammps%scalar('sum')*joule_per_ev
    end function potential
+
+   !> Since the start, with the parts in the box of the bonds that cross its faces (theory.md, eq.
+   !> bond-energy), J.
+   real(wp) function potential_change(self)
+      class(dynamics_t), intent(in) :: self
+      potential_change = self%potential() - self%first_potential + self%bonds%stored
+   end function potential_change
 
    !> Largest centro-symmetry parameter of the real atoms, m2: 0 in a perfect lattice.
    real(wp) function disorder(self)

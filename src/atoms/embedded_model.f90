@@ -10,7 +10,21 @@ module m_embedded_model
    implicit none
    private
 
+   !> Its sums, which count with those of the particles: numbers alone.
+   type, public :: embedded_sums_t
+      sequence
+      real(wp) :: mass = 0.0_wp                !< kg
+      real(wp) :: kinetic = 0.0_wp             !< J
+      real(wp) :: potential = 0.0_wp           !< since the start, with what the repulsion of tools stores, J
+      real(wp) :: taken = 0.0_wp               !< energy taken out (quenching, drag, thermostat), J
+      real(wp) :: momentum(3) = 0.0_wp         !< kg m/s
+      real(wp) :: angular_momentum(3) = 0.0_wp !< about the origin, kg m2/s
+   end type embedded_sums_t
+
+   integer, parameter, public :: embedded_reals = storage_size(embedded_sums_t())/storage_size(1.0_wp)
+
    type, abstract, public :: embedded_model_t
+      type(embedded_sums_t) :: sums                !< at the end of its last step, the same on all ranks
       integer :: timer = 0                         !< row of the timers
       real(wp) :: work = 0.0_wp                    !< that it has done on the continuum, J
       real(wp) :: tool_work = 0.0_wp               !< that tools have done on it, J

@@ -25,6 +25,10 @@ module m_atoms
       real(wp) :: mass = 0.0_wp        !< of an atom, kg; 0: as the potential says
       real(wp) :: step = 2.0e-15_wp    !< longest of the atoms, s
       real(wp) :: drag = 0.0_wp        !< rate at which the atoms' velocities decay, 1/s
+      real(wp) :: temperature = 0.0_wp !< K; above 0: a thermostat keeps it
+      real(wp) :: thermostat_rate = 1.0e12_wp  !< at which velocities in its layer decay, 1/s
+      real(wp) :: thermostat_width = -1.0_wp   !< of its layer, m; below 0: two constants
+      integer :: seed = 1              !< of random numbers
       integer :: relaxation = 1        !< among `relaxations`
       integer :: meeting = 1           !< among `meetings`: what a defect at the interface comes to
       real(wp) :: tool_stiffness = 0.0_wp !< of the repulsion by tools, N/m2; 0: the usual one
@@ -63,7 +67,14 @@ contains
                      .not. group%is_writing())
       call group%get('step', self%step, above(0.0_wp, 's', at_most=1.0e-14_wp))
       call group%get('drag', self%drag, at_least(0.0_wp, '1/s'))
+      call group%get('temperature', self%temperature, at_least(0.0_wp, 'K'))
+      call group%get('thermostat_rate', self%thermostat_rate, above(0.0_wp, '1/s'))
+      call group%get('thermostat_width', self%thermostat_width, above(0.0_wp, 'm'), &
+                     used=self%thermostat_width > 0.0_wp .or. .not. group%is_writing())
+      call group%get('seed', self%seed, 0)
       call group%get_choice('relaxation', self%relaxation, relaxations)
+      if (self%quenches() .and. self%temperature > 0.0_wp) &
+         call group%refuse('temperature', 'does not go with relaxation=''quench''; allowed with it: 0')
       call group%get_choice('at_interface', self%meeting, meetings)
       call group%get('tool_stiffness', self%tool_stiffness, above(0.0_wp, 'N/m2'), &
                      used=self%tool_stiffness > 0.0_wp .or. .not. group%is_writing())
@@ -87,6 +98,7 @@ contains
                                          trim(lattices(self%crystal%lattice))//' is free of stress')
       if (.not. found) return
       if (.not. self%tool_stiffness > 0.0_wp) self%tool_stiffness = usual_stiffness*self%crystal%c11
+      if (self%thermostat_width < 0.0_wp) self%thermostat_width = 2.0_wp*self%crystal%constant
       if (self%tool_distance < 0.0_wp) self%tool_distance = self%crystal%surface_depth()
    end subroutine variables
 

@@ -25,7 +25,7 @@ contains
                         'momentum_y [kg m/s]', 'momentum_z [kg m/s]', 'angular_momentum_x [kg m2/s]', &
                         'angular_momentum_y [kg m2/s]', 'angular_momentum_z [kg m2/s]', &
                         'work_on_continuum [J]', 'largest_centrosymmetry [m2]', &
-                        'largest_force [N]', 'work_of_tools [J]', 'tool_repulsion [J]', 'quenched [J]', &
+                        'largest_force [N]', 'work_of_tools [J]', 'tool_repulsion [J]', 'taken_out [J]', &
                         'defects', 'interface_change']
    end function atoms_header
 

@@ -83,6 +83,9 @@ contains
       associate (pairs => model%contact%pairs%states)
          if (size(pairs) > 0) total(3) = total(3) + sum(pairs%stored + pairs%stored_shear)
       end associate
+      if (allocated(model%atoms)) total(:10) = total(:10) + [model%atoms%sums%mass, &
+                  model%atoms%sums%kinetic, model%atoms%sums%potential, 0.0_wp, model%atoms%sums%momentum, &
+                  model%atoms%sums%angular_momentum]
       sums = sums_t(total(1), total(2), total(3), total(4), total(5:7), total(8:10), total(11), total(12))
    end function measure
 
@@ -215,12 +218,13 @@ contains
       taken = sum(model%effect_step%damped) - accumulated(2)
       self%external_work = sum(model%contact%states%work) + sum(model%contact%pairs%states%pressed) &
                            + by_effects + model%static_losses%in_flow
-      if (allocated(model%atoms)) self%external_work = self%external_work + model%atoms%work &
+      if (allocated(model%atoms)) self%external_work = self%external_work + model%atoms%tool_work &
                                                        - model%atoms%tool_work_in_balance
       self%damped = taken + self%now%dissipated + sum(model%contact%states%heat) &
                     + sum(model%contact%pairs%states%heat) &
                     + sum(model%contact%pairs%states%parting) + model%lost + accumulated(4) &
                     + model%static_losses%total()
+      if (allocated(model%atoms)) self%damped = self%damped + model%atoms%sums%taken
       self%driven = max(0.0_wp, -taken)
       self%largest = max(self%largest, abs(self%external_work), abs(self%damped), self%now%energy())
       self%worst = max(self%worst, abs(self%excess()))

@@ -1,7 +1,9 @@
-!> Atoms inside a grid: a body and its box of atoms are set in a motion that strains both alike, by 1 % in six
-!> components. No atom may feel a force, and no node of the grid, for bonds across the interface balance the
-!> stress of the continuum but for what comes of their coming to the strain in few steps. And a disturbed body
-!> that flies keeps its momentum.
+!> Atoms inside a grid. At rest, bonds across the interface, which pull and push each other, leave no force on
+!> any node. A body and its box of atoms are set in a motion that strains both alike, by 1 % in six
+!> components: no atom may feel a force, and no node of the grid, for the bonds balance the stress of the
+!> continuum but for what comes of their coming to the strain in few steps. And a disturbed body that flies
+!> keeps its momentum. `patch styles`: the strain with LAMMPS's files, and a thermostat; `patch 540`: a flight
+!> of so many steps.
 !test: ranks 1 2
 !test: limit 120
 program patch
@@ -22,26 +24,47 @@ program patch
    use m_scene_reader, only: interpret_scene
    use m_speed_bounds, only: bound_speeds
    use m_text, only: exact_text
+   use m_vectors, only: cross
    use m_assertions, only: assertions_t
    use m_chance, only: say
    use m_metal, only: write_metal
    implicit none
    character(len=*), parameter :: metal = 'build/test_patch.eam.alloy'
+   character(len=*), parameter :: of_metal = 'potential='''//metal//''', element=''Xx'''
+   character(len=*), parameter :: of_argon = &
+      'style=''lj/smooth/linear'', epsilon=1.65e-21, sigma=3.405e-10, cutoff=8.5e-10'
    real(wp), parameter :: constant = 3.6044071e-10_wp !< of the metal, m, near it
    type(communicator_t) :: comm
    type(assertions_t) :: test
    type(lammps_t) :: lammps
    type(coupling_t), pointer :: box !< the atoms of the model of now
    character(len=:), allocatable :: complaint
+   character(len=16) :: argument
    call comm%start()
    call test%start(comm, 'patch')
    call lammps%load(usual_library, complaint)
    if (complaint == '') then
       if (comm%is_root()) call write_metal(metal)
       call MPI_Barrier(comm%comm)
-      call strain_both(.true.)
-      call strain_both(.false.)
-      call fly()
+      call get_command_argument(1, argument)
+      select case (argument)
+      case ('styles') ! files of LAMMPS
+         call strain_both(.true., 'style=''eam'', potential=''Cu_u3.eam''', 8900.0_wp, 3.615e-10_wp)
+         call strain_both(.true., 'style=''eam/fs'', potential=''Al_mm.eam.fs'', element=''Al''', 2700.0_wp, &
+                          4.05e-10_wp)
+         call strain_both(.true., 'potential=''Cu_mishin1.eam.alloy'', element=''Cu''', 8936.0_wp, &
+                          3.615e-10_wp)
+         call strain_both(.true., of_argon//', lattice=''fcc'', constant=5.27e-10', 1777.0_wp, 5.27e-10_wp, &
+                          ', mass=6.6335e-26')
+         call strain_both(.true., 'style=''lj/cut'', epsilon=1.65e-21, sigma=3.405e-10, cutoff=8.5e-10, '// &
+                          'lattice=''fcc'', constant=5.27e-10', 1777.0_wp, 5.27e-10_wp, ', mass=6.6335e-26')
+         call keep_warm()
+      case default
+         call rest()
+         call strain_both(.true., of_metal, 8500.0_wp, constant)
+         call strain_both(.false., of_metal, 8500.0_wp, constant)
+         call fly()
+      end select
    else
       if (comm%is_root()) print '(a)', '  left out, LAMMPS is not there: a box of atoms inside a grid'
       call test%check(index(complaint, 'LAMMPS cannot be opened') == 1, 'what is missing is said')
@@ -51,10 +74,11 @@ program patch
 contains
 
    !> A cube of 12 cells of 4 constants, in the middle of which 2 x 2 x 2 cells are atoms.
-   subroutine build(potential, density, a, model)
+   subroutine build(potential, density, a, model, more)
       character(len=*), intent(in) :: potential !< variables of law and atoms
       real(wp), intent(in) :: density, a        !< of the lattice
       type(model_t), intent(out), target :: model
+      character(len=*), intent(in), optional :: more !< variables of the atoms alone
       type(catalogue_t) :: catalogue
       type(scene_t) :: scene
       type(error_t) :: error
@@ -67,7 +91,9 @@ contains
              '&material name=''m'', model=''cauchy_born'', density='//exact_text(density)//', '//potential// &
              ' /'//new_line('a')// &
              '&body material=''m'', shape=''box'', lower='//three(4*a)//', upper='//three(52*a)//' /'// &
-             '&atoms lower='//three(24*a)//', upper='//three(32*a)//', step=1e-14, '//potential//' /'
+             '&atoms lower='//three(24*a)//', upper='//three(32*a)//', step=1e-14, '//potential
+      if (present(more)) text = text//more
+      text = text//' /'
       call interpret_scene(comm, catalogue, text, scene, error)
       if (.not. error%happened()) call model%build(comm, scene, error)
       if (.not. error%happened()) call bound_speeds(model)
@@ -103,10 +129,46 @@ contains
          call box%atoms%set_velocities([0.0_wp, 0.0_wp, 0.0_wp], l, middle)
    end subroutine set_in_motion
 
+   !> Nothing moves. Near neighbours press, others pull: only all bonds together, with those between two pads
+   !> that cut an edge of the box, leave nodes in balance. The control leaves these out.
+   subroutine rest()
+      type(model_t), target :: model
+      type(error_t) :: error
+      real(wp) :: a, left(2)
+      integer :: n, missed
+      a = constant_of(of_argon, 5.27e-10_wp)
+      call build(of_argon//', lattice=''fcc'', constant=5.27e-10', 1777.0_wp, a, model, ', mass=6.6335e-26')
+      if (.not. allocated(model%atoms)) return
+      do n = 1, 2
+         call advance(model, 1.0e-13_wp, error)
+         call test%check(.not. error%happened(), 'steps', error%message)
+         if (error%happened()) return
+      end do
+      if (.not. comm%is_root()) return
+      missed = 0
+      do n = 1, 2
+         associate (atoms => box%atoms)
+            if (n == 2) then
+               where (spread(atoms%bonds%across(1, :) > atoms%real_atoms, 1, 3)) atoms%force = 0.0_wp
+            end if
+            box%patch%given = 0.0_wp
+            call box%patch%add(atoms%place, atoms%force, 1.0_wp, missed)
+            left(n) = maxval(abs(box%patch%given))/(0.01_wp*atoms%spec%crystal%c11*(4*a)**2)
+         end associate
+      end do
+      call say('at rest, force on a node, of the traction of a strain of 1 % on a cell', left(1))
+      call say('control, without the bonds between two pads', left(2))
+      call test%check(left(1) < 1.0e-9_wp, 'nothing pushes at rest')
+      call test%check(left(2) > 1.0e-3_wp, 'bonds that cut edges count')
+   end subroutine rest
+
    !> Six strains of 1 % in eight steps, before the surface of the body is heard of. With the reaction of
    !> bonds at the pads in place of where they cross, nodes are pushed: the control.
-   subroutine strain_both(crossing)
+   subroutine strain_both(crossing, potential, density, near, more)
       logical, intent(in) :: crossing
+      character(len=*), intent(in) :: potential
+      real(wp), intent(in) :: density, near !< kg/m3; a constant near the lattice's, m
+      character(len=*), intent(in), optional :: more
       integer :: steps
       type(model_t), target :: model
       type(error_t) :: error
@@ -114,12 +176,13 @@ contains
       real(wp), allocatable :: first(:, :), places(:, :), forces(:, :)
       integer :: i, n
       steps = merge(8, 4, crossing)
-      call build("potential='"//metal//"', element='Xx'", 8500.0_wp, constant_of(), model)
+      call build(potential, density, constant_of(potential, near), model, more)
       if (.not. allocated(model%atoms)) return
       a = box%spec%crystal%constant
-      if (.not. crossing .and. associated(box%atoms)) box%atoms%bonds%share = 1.0_wp
+      if (.not. crossing .and. associated(box%atoms)) box%atoms%bonds%share = &
+         merge(1.0_wp, 0.0_wp, box%atoms%bonds%sense == 1)
       middle = 28*a
-      step = 0.3_wp*4*a/sqrt(model%materials%slots(1)%law%p_wave_modulus()/8500.0_wp)
+      step = 0.3_wp*4*a/sqrt(model%materials%slots(1)%law%p_wave_modulus()/density)
       l = 0.01_wp/(steps*step)*reshape([1.0_wp, 0.3_wp, -0.4_wp, 0.3_wp, -0.6_wp, 0.5_wp, -0.4_wp, 0.5_wp, &
                                         0.8_wp], [3, 3])
       if (associated(box%atoms)) first = box%atoms%x
@@ -156,27 +219,29 @@ contains
       left = largest_left(model)/traction
       if (crossing) then
          call say('force left on a node, of the traction on a cell', left)
-         call test%check(left < 6.0e-3_wp, 'no node is pushed')
+         call test%check(left < merge(8.0e-3_wp, 6.0e-3_wp, argument == 'styles'), 'no node is pushed')
       else
          call say('control, reactions at the pads: force left on a node', left)
          call test%check(left > 2.0e-2_wp, 'reactions at the pads push nodes')
       end if
    end subroutine strain_both
 
-   !> The constant by the potential: scenes must have whole numbers of it.
-   real(wp) function constant_of() result(a)
+   !> The constant by the potential, near one: scenes must have whole numbers of it.
+   real(wp) function constant_of(potential, near) result(a)
       use m_bravais, only: bravais_t
       use m_group_reader, only: group_reader_t
       use m_namelist_text, only: namelist_text_t
+      character(len=*), intent(in) :: potential
+      real(wp), intent(in) :: near
       type(bravais_t) :: crystal
       type(namelist_text_t) :: text
       type(group_reader_t) :: group
       type(error_t) :: error
       logical :: found
-      call text%parse("&m potential='"//metal//"', element='Xx' /", error)
+      call text%parse('&m '//potential//' /', error)
       call group%begin(text%groups(1))
       call crystal%potential%variables(group)
-      call crystal%find_rest(constant, found)
+      call crystal%find_rest(near, found)
       a = crystal%constant
    end function constant_of
 
@@ -198,37 +263,118 @@ contains
       end associate
    end function largest_left
 
-   !> Body and atoms turn, and are strained so fast that waves run: nothing pushes them from outside.
+   !> Body and atoms turn, and are strained so fast that waves run: nothing pushes them from outside. What
+   !> bonds give to the nodes in a step, atoms lose; the energy of both together stays.
    subroutine fly()
-      integer, parameter :: steps = 6
+      integer :: steps
       type(model_t), target :: model
       type(error_t) :: error
       type(sums_t) :: sums
-      real(wp) :: l(3, 3), step, a, p(3), q(3), start(6), now(6), scale(2)
-      integer :: n
-      call build("potential='"//metal//"', element='Xx'", 8500.0_wp, constant_of(), model)
+      real(wp) :: l(3, 3), step, a, p(3), q(3), start(6), now(6), scale(2), before(6), apart(6)
+      real(wp), allocatable :: kept(:), moved(:), halves(:)
+      integer :: n, total
+      steps = 6
+      total = 0
+      apart = 0.0_wp
+      if (argument /= '') read (argument, *) steps
+      allocate (kept(steps), moved(steps), halves(steps))
+      a = constant_of(of_argon, 5.27e-10_wp)
+      call build(of_argon//', lattice=''fcc'', constant=5.27e-10', 1777.0_wp, a, model, ', mass=6.6335e-26')
       if (.not. allocated(model%atoms)) return
-      a = box%spec%crystal%constant
-      step = 0.3_wp*4*a/sqrt(model%materials%slots(1)%law%p_wave_modulus()/8500.0_wp)
-      l = 0.002_wp/step*reshape([0.1_wp, 0.4_wp, -0.3_wp, -0.2_wp, -0.2_wp, 0.4_wp, 0.3_wp, -0.1_wp, &
-                                 0.2_wp], [3, 3])
+      step = 0.3_wp*4*a/sqrt(model%materials%slots(1)%law%p_wave_modulus()/1777.0_wp)
+      l = 0.002_wp*min(1.0_wp, 20.0_wp/steps)/step &
+          *reshape([0.1_wp, 0.4_wp, -0.3_wp, -0.2_wp, -0.2_wp, 0.4_wp, 0.3_wp, -0.1_wp, 0.2_wp], [3, 3])
       call set_in_motion(model, l, [26*a, 27*a, 29*a])
       do n = 0, steps
          if (n > 0) call advance(model, step, error)
          call test%check(.not. error%happened(), 'steps', error%message)
          if (error%happened()) return
          sums = measure(model)
-         p = 0.0_wp
+         p = 0.0_wp ! the sums have the atoms as the last step left them: none yet in the first round
          q = 0.0_wp
-         if (associated(box%atoms)) call box%atoms%momentum(p, q)
+         if (n == 0 .and. associated(box%atoms)) call box%atoms%momentum(p, q)
          now = [sums%momentum + p, sums%angular_momentum + q]
          if (n == 0) start = now
+         if (.not. associated(box%atoms)) cycle
+         call box%atoms%momentum(p, q)
+         if (n == 0) cycle
+         if (n > 1) apart = apart + [p, q] - before + given_to_nodes(model)
+         total = total + box%atoms%steps
+         before = [p, q]
+         associate (atoms => box)
+            kept(n) = atoms%sums%kinetic + atoms%sums%potential + atoms%work
+            moved(n) = atoms%work
+            halves(n) = kept(n) - atoms%atoms%bonds%stored
+         end associate
       end do
       if (.not. comm%is_root()) return
       scale = [sums%mass*maxval(abs(l))*16*a, sums%mass*maxval(abs(l))*(16*a)**2]
       call say('momentum, change of the largest there could be', maxval(abs(now(:3) - start(:3)))/scale(1))
       call say('angular momentum, the same', maxval(abs(now(4:) - start(4:)))/scale(2))
       call test%check(maxval(abs(now(:3) - start(:3))) < 1.0e-12_wp*scale(1), 'momentum')
+      call say('steps of the atoms', real(total, wp))
+      call say('nodes get less than atoms lose by: momentum', maxval(abs(apart(:3)))/scale(1))
+      call say('the same: angular momentum', maxval(abs(apart(4:)))/scale(2))
+      call test%check(all(abs(apart) < 1.0e-12_wp*scale([1, 1, 1, 2, 2, 2])), 'what nodes get, atoms lose')
+      call say('energy of atoms with what they gave, change, of that', range_of(kept)/range_of(moved))
+      call say('control: with halves of the bonds that cross', range_of(halves)/range_of(moved))
+      call test%check(range_of(kept) < 0.01_wp*range_of(moved), 'energy')
    end subroutine fly
+
+   pure real(wp) function range_of(values)
+      real(wp), intent(in) :: values(:)
+      range_of = maxval(values) - minval(values)
+   end function range_of
+
+   !> Atoms that begin at rest come to the temperature of the thermostat and keep it.
+   subroutine keep_warm()
+      integer, parameter :: steps = 50
+      type(model_t), target :: model
+      type(error_t) :: error
+      real(wp), allocatable :: x(:, :), v(:, :)
+      real(wp) :: a, mean
+      integer :: n
+      a = constant_of(of_argon, 5.27e-10_wp)
+      call build(of_argon//', lattice=''fcc'', constant=5.27e-10', 1777.0_wp, a, model, &
+                 ', mass=6.6335e-26, temperature=20, thermostat_rate=2e12')
+      if (.not. allocated(model%atoms)) return
+      if (associated(box%atoms)) then
+         allocate (x, mold=box%atoms%x)
+         allocate (v, mold=box%atoms%x)
+         call box%atoms%get_motion(x, v)
+         v = 0.0_wp
+         call box%atoms%set_motion(x, v)
+      end if
+      mean = 0.0_wp
+      do n = 1, steps
+         call advance(model, 3.0e-13_wp, error)
+         call test%check(.not. error%happened(), 'steps', error%message)
+         if (error%happened()) return
+         if (n > steps/2 .and. associated(box%atoms)) mean = mean + box%atoms%temperature()
+      end do
+      if (.not. comm%is_root()) return
+      mean = mean/(steps - steps/2)
+      call say('thermostat of 20 K: temperature of all atoms', mean)
+      call test%check(abs(mean - 20.0_wp) < 1.5_wp, 'the temperature is kept')
+   end subroutine keep_warm
+
+   !> Impulse and angular impulse of the step on the nodes of the patch, N s, N m s.
+   function given_to_nodes(model) result(given)
+      type(model_t), intent(in) :: model
+      real(wp) :: given(6), x(3)
+      integer :: i, j, k
+      given = 0.0_wp
+      associate (patch => box%patch)
+         do k = patch%low(3), patch%high(3)
+            do j = patch%low(2), patch%high(2)
+               do i = patch%low(1), patch%high(1)
+                  x = patch%origin + patch%cell*([i, j, k] - patch%low)
+                  given(:3) = given(:3) + patch%given(:, i, j, k)
+                  given(4:) = given(4:) + cross(x, patch%given(:, i, j, k))
+               end do
+            end do
+         end do
+      end associate
+   end function given_to_nodes
 
 end program patch

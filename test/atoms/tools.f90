@@ -199,16 +199,21 @@ contains
    !> all over, but for the overlap with atoms.
    subroutine press_flat()
       type(model_t), target :: model
+      type(balance_t) :: balance
       type(error_t) :: error
-      real(wp) :: top, all, energy, load
+      real(wp) :: before, top, all, energy, load
       integer :: n
       call build(model)
       if (.not. allocated(model%atoms)) return
       call come_to_rest(model, resting)
       top = top_plane(model)
       energy = energy_of(model)
+      call balance%begin(model)
+      call balance%follow(model)
+      before = balance%excess()
       do n = 1, moving + holding
          call advance(model, step_of(), error)
+         call balance%follow(model)
          call test%check(.not. error%happened(), 'steps', error%message)
          if (error%happened()) return
       end do
@@ -218,6 +223,9 @@ contains
       energy = (energy_of(model) - energy)/box%tool_work
       call say('flat punch: load on all, of the elastic column''s', all)
       call say('flat punch: load on the atoms, of their column''s', load)
+      before = (balance%excess() - before)/sum(model%contact%states%work)
+      call say('flat punch: energy of all that is missing, of the work of the tool', -before)
+      call test%check(abs(before) < 0.05_wp, 'balance of energy')
       call say('flat punch: energy of atoms with what they gave, of the tool''s work', energy)
       call test%check(abs(all - 1.0_wp) < 0.03_wp, 'load on all')
       ! the cell of the continuum that is pressed gives a tenth more; the sides of the few atoms bear that
@@ -285,8 +293,8 @@ contains
       energy = 0.0_wp
       if (.not. associated(box%atoms)) return
       associate (atoms => box%atoms)
-         energy = atoms%potential() + atoms%kinetic() + atoms%repulsion%energy + atoms%quenched &
-                  + box%work
+         energy = atoms%potential_change() + atoms%kinetic() + atoms%repulsion%energy &
+                  + atoms%relaxation%taken + box%work
       end associate
    end function energy_of
 
@@ -320,10 +328,10 @@ contains
          last = [sum(fields%energy), atoms%kinetic(), atoms%largest_force()]
          associate (lost => first(1) - last(1) - last(2) - box%work)
             call say('quenched: largest force left, of the first', last(3)/first(3))
-            call say('quenched: heat, of the energy lost', atoms%quenched/lost)
+            call say('quenched: heat, of the energy lost', atoms%relaxation%taken/lost)
             call test%check(last(3) < 0.02_wp*first(3), 'forces vanish')
             call test%check(last(2) < 0.01_wp*(first(1) - last(1)), 'atoms rest')
-            call test%check(abs(atoms%quenched/lost - 1.0_wp) < 0.05_wp, 'heat is booked')
+            call test%check(abs(atoms%relaxation%taken/lost - 1.0_wp) < 0.05_wp, 'heat is booked')
          end associate
       end associate
    end subroutine come_to_rest
