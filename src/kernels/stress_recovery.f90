@@ -42,35 +42,67 @@ contains
       integer, intent(in) :: sides(2, 3) !< planes of nodes at sides of the grid, in the tile; -1: none
       real(wp), intent(out), dimension(node_values, 0:tile_last, 0:tile_last, 0:tile_last) :: places, stresses
       type(shares_t) :: shares
-      real(wp) :: volume
-      integer :: a, b, c, first, m, p
+      real(wp) :: from(node_values), given(node_values) !< all values of a node, which is one vector
+      real(wp) :: node(node_values, 27), volume
+      integer :: first, m, p
+      node = places_of_nodes(frame%cell)
       places = 0.0_wp
       stresses = 0.0_wp
+      from = 0.0_wp
+      given = 0.0_wp
       do first = 1, cells%count, chunk
          call set_shares(shares, cells, first, column, layout, frame)
          do m = 1, shares%count
             p = shares%member(m)
             volume = column(p, layout%volume)
             call even_out(sides, shares%place(:, m), shares%offset(:, m), shares%share(:, m))
-            do c = 0, 2
-               do b = 0, 2
-                  do a = 0, 2
-                     associate (share => volume*shares%share(1 + a + 3*(b + 3*c), m), &
-                                i => shares%place(1, m) + a, j => shares%place(2, m) + b, &
-                                k => shares%place(3, m) + c)
-                        places(1, i, j, k) = places(1, i, j, k) + share
-                        places(2:4, i, j, k) = places(2:4, i, j, k) + share*frame%cell &
-                                               *(shares%offset(:, m) - [a - 1, b - 1, c - 1])
-                        stresses(1, i, j, k) = stresses(1, i, j, k) + share
-                        stresses(2:7, i, j, k) = stresses(2:7, i, j, k) &
-                                                 + share*column(p, layout%stress:layout%stress + 5)
-                     end associate
-                  end do
+            from(1) = 1.0_wp
+            from(2:4) = frame%cell*shares%offset(:, m)
+            given(1) = 1.0_wp
+            given(2:7) = column(p, layout%stress:layout%stress + 5)
+            call give_to_nodes(volume, from, node, given, shares%share(:, m), shares%place(:, m), places, &
+                               stresses)
+         end do
+      end do
+   end subroutine give_stress
+
+   !> What one particle gives to its 27 nodes, one lane a node value.
+   pure subroutine give_to_nodes(volume, from, node, given, share, place, places, stresses)
+      real(wp), intent(in) :: volume                              !< m3
+      real(wp), intent(in), dimension(node_values) :: from, given !< 1 and place, m; 1 and stress, Pa
+      real(wp), intent(in) :: node(node_values, 27)               !< 0 and places of the nodes, m
+      real(wp), intent(in) :: share(27)
+      integer, intent(in) :: place(3)                             !< lowest of the nodes
+      real(wp), intent(inout), dimension(node_values, 0:tile_last, 0:tile_last, 0:tile_last) :: places, &
+         stresses
+      real(wp) :: part
+      integer :: i, j, k, n, q
+      n = 0
+      do k = place(3), place(3) + 2
+         do j = place(2), place(2) + 2
+            do i = place(1), place(1) + 2
+               n = n + 1
+               part = volume*share(n)
+               !$omp simd
+               do q = 1, node_values
+                  places(q, i, j, k) = places(q, i, j, k) + part*(from(q) - node(q, n))
+                  stresses(q, i, j, k) = stresses(q, i, j, k) + part*given(q)
                end do
             end do
          end do
       end do
-   end subroutine give_stress
+   end subroutine give_to_nodes
+
+   !> The places of the 27 nodes from the one in the middle, m, where a node has its own.
+   pure function places_of_nodes(cell) result(node)
+      real(wp), intent(in) :: cell !< m
+      real(wp) :: node(node_values, 27)
+      integer :: n
+      node = 0.0_wp
+      do n = 0, 26
+         node(2:4, n + 1) = cell*([mod(n, 3), mod(n/3, 3), n/9] - 1)
+      end do
+   end function places_of_nodes
 
    !> At a side nodes are given as much by all that is in the cell beside it: what alternates in a cell has no
    !> other cell there that it is averaged with.
@@ -104,38 +136,57 @@ contains
       real(wp), intent(in), dimension(node_values, 0:tile_last, 0:tile_last, 0:tile_last) :: places, stresses
       real(wp), intent(inout) :: stress(:, :) !< (6, particles), in their order of storage
       type(shares_t) :: shares
-      real(wp), dimension(node_values) :: mean, off        ! all values of a node, which is one vector
-      real(wp), dimension(node_values, 3) :: slope, spread
-      integer :: a, b, c, first, k, m, n
+      real(wp), dimension(node_values, 0:3) :: mean, from
+      integer :: first, m
       do first = 1, cells%count, chunk
          call set_shares(shares, cells, first, column, layout, frame)
          do m = 1, shares%count
-            mean = 0.0_wp
-            slope = 0.0_wp
-            off = 0.0_wp
-            spread = 0.0_wp
-            do k = 1, 3
-               spread(1 + k, k) = 1.0_wp
-            end do
-            n = 0
-            do c = shares%place(3, m), shares%place(3, m) + 2
-               do b = shares%place(2, m), shares%place(2, m) + 2
-                  do a = shares%place(1, m), shares%place(1, m) + 2
-                     n = n + 1
-                     mean = mean + shares%share(n, m)*stresses(:, a, b, c)
-                     off = off + shares%share(n, m)*places(:, a, b, c)
-                     do k = 1, 3
-                        slope(:, k) = slope(:, k) + shares%slope(k, n, m)*stresses(:, a, b, c)
-                        spread(:, k) = spread(:, k) + shares%slope(k, n, m)*places(:, a, b, c)
-                     end do
-                  end do
-               end do
-            end do
-            stress(:, shares%member(m)) = mean(2:7) - matmul(slope(2:7, :), &
-                                                             least_squares(spread(2:4, :), off(2:4)))
+            associate (share => shares%share(:, m), slope => shares%slope(:, :, m), &
+                       place => shares%place(:, m))
+               call take_from_nodes(share, slope, place, stresses, mean)
+               call take_from_nodes(share, slope, place, places, from)
+            end associate
+            from(2, 1) = from(2, 1) + 1.0_wp
+            from(3, 2) = from(3, 2) + 1.0_wp
+            from(4, 3) = from(4, 3) + 1.0_wp
+            stress(:, shares%member(m)) = mean(2:7, 0) - matmul(mean(2:7, 1:), &
+                                                               least_squares(from(2:4, 1:), from(2:4, 0)))
          end do
       end do
    end subroutine take_stress
+
+   !> What one particle takes of its 27 nodes' values, one lane a value, and the slopes along the axes (1/m).
+   pure subroutine take_from_nodes(share, slope, place, tile, taken)
+      real(wp), intent(in) :: share(27), slope(3, 27)
+      integer, intent(in) :: place(3) !< lowest of the nodes
+      real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      real(wp), intent(out) :: taken(node_values, 0:3)
+      real(wp) :: value, x, y, z, node
+      integer :: b, c, n, q
+      !$omp simd private(value, x, y, z, node, b, c, n)
+      do q = 1, node_values
+         value = 0.0_wp
+         x = 0.0_wp
+         y = 0.0_wp
+         z = 0.0_wp
+         !GCC$ unroll 1
+         do c = 0, 2
+            do b = 0, 2
+               do n = 1, 3
+                  node = tile(q, place(1) + n - 1, place(2) + b, place(3) + c)
+                  value = value + share(n + 3*(b + 3*c))*node
+                  x = x + slope(1, n + 3*(b + 3*c))*node
+                  y = y + slope(2, n + 3*(b + 3*c))*node
+                  z = z + slope(3, n + 3*(b + 3*c))*node
+               end do
+            end do
+         end do
+         taken(q, 0) = value
+         taken(q, 1) = x
+         taken(q, 2) = y
+         taken(q, 3) = z
+      end do
+   end subroutine take_from_nodes
 
    !> Of sums over all that gave to a node, the means; the volume stays.
    pure subroutine make_means(tile)
