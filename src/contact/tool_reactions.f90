@@ -101,22 +101,30 @@ contains
    end subroutine close_ring
 
    !> What the forces of the step do on pressed particles of one block by the motion that these have just
-   !> made: that of the centre, and dt L arm.
+   !> made: that of the centre, dt L arm, and the drift that is taken out. Of a drift that is more than is
+   !> taken out in a step only what this step adds counts: the rest may be an overlap that a point was met
+   !> with, as after a split, and that is no way of the force.
    pure subroutine add_particle_work(reactions, list, column, gradient, way_to, time_step)
       type(reaction_t), intent(inout) :: reactions(:) !< (tools)
       type(candidate_t), intent(in) :: list(:)        !< of the block
       real(wp), intent(in), contiguous :: column(:, :), gradient(:, :) !< of its particles; (:, 9), 1/s: L
       integer, intent(in) :: way_to     !< first column of the centres at the end of the step
       real(wp), intent(in) :: time_step !< s
-      real(wp) :: force(3), way(3)
+      real(wp) :: added, drift, force(3), way(3)
       integer :: c
       do c = 1, size(list)
          associate (it => list(c), work => reactions(list(c)%tool)%particle_work)
             force = it%force*it%normal
             if (it%frictional > 0) force = force + matmul(it%tangent, it%tangential_force)
-            way = column(it%particle, way_to:way_to + 2) - it%from + drift_of(it)*it%normal &
+            way = column(it%particle, way_to:way_to + 2) - it%from &
                   + time_step*matmul(reshape(gradient(it%particle, :), [3, 3]), it%arm)
-            work = work + dot_product(force, way)
+            drift = drift_of(it)
+            if (abs(it%drift) > abs(drift)) then
+               added = time_step*(it%opening + dot_product(it%opposite, it%normal)) &
+                       - dot_product(way, it%normal)
+               drift = sign(min(abs(drift), max(0.0_wp, sign(added, added*drift))), drift)
+            end if
+            work = work + dot_product(force, way + drift*it%normal)
          end associate
       end do
    end subroutine add_particle_work

@@ -26,7 +26,7 @@ if grep 'says itself' cone.log; then fail 'seed 497: works'; fi
 # Stress first under a tool that loads push ('usf'): gained 26 % of the energy. One particle a cell, split under a sharp tip: lost 30 %.
 "$PYTHON" "$truth" "$WORK/first" "$GIMP3D" 1 --first 35 --only mirrored >first.log || fail "seed 35: $(cat first.log)"
 "$PYTHON" "$truth" "$WORK/split" "$GIMP3D" 1 --mixtures --first 2 --only mirrored >split.log || fail "seed 2: $(cat split.log)"
-if grep 'says itself: loss' split.log; then fail 'seed 2: energy'; fi
+if grep 'says itself: \(loss\|work\)' split.log; then fail 'seed 2: energy, or overlaps of halves counted as work'; fi
 # Metal in long quasi-static steps: plastic work and that of the loads were 5 % apart.
 "$PYTHON" "$truth" "$WORK/metal" "$GIMP3D" 1 --mixtures --first 73 --only mirrored >metal.log || fail "seed 73: $(cat metal.log)"
 # Cells become empty: what their faces of the ghost penalty let go was not booked, 3.1 % of the energy.
