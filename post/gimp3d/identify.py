@@ -4,22 +4,23 @@
    gimp3d-post identify DATA=a.csv,b.csv TIP=cone:70.3 DATA=c.csv TIP=cone:60 FREE=compliance
    gimp3d-post identify SCENE=scene.nml DATA=measured.csv PARAMETERS=young=50e9:100e9 ...
 
- DATA       curves (.csv, .txt, .hld, a run's directory) or derived numbers (C, S, Wp/Wt, hf/hmax) of one tip
- TIP        of the DATA before it: cone:ANGLE, berkovich, vickers, each with :rounding=LENGTH where it is
+ DATA       curves (.csv, .txt, .hld, directory of a run) or derived numbers (C, S, Wp/Wt, hf/hmax) of one tip
+ TIP        tip of the preceding DATA: cone:ANGLE, berkovich, vickers, each with :rounding=LENGTH if it is
             rounded, sphere:RADIUS, area:FILE (an area function); lengths as 50nm, 5um
- LAW        power (default; j2 means it too), ludwik, voce: E*, yield stress, hardening; elastic: E*
- PARAMETERS names of what is found; the others of the law must be in FIX. Without it all
- FIX        what is known from elsewhere: young=66.8e9:0.02 (relative uncertainty), yield_stress=..., ...
- FREE       zero, compliance, drift: found with the material
- NOISE      of the load over its largest, per cent; without it that of the rows
- POISSON    of the material (0.3); TIP_YOUNG (Pa; rigid), TIP_POISSON (0.07)
- CACHE      folder of the runs (out/identify/cache); SHIPPED=no leaves out those that come with the package
- INTERVALS  profile (default: profile likelihood) or emcee (its chains; the package emcee is needed)
- CORES      runs at once; PLAN=only says what would be run, and ends; REFINE=no makes no runs at the optimum
- WRITE      with TIPS=cone:70.3;cone:60: a file of all runs of these tips, as the shipped cones.json
+ LAW        power (default; also j2), ludwik, voce: E*, yield stress, hardening; elastic: E*
+ PARAMETERS free parameters; the others of the law must be in FIX. Default: all
+ FIX        known parameters: young=66.8e9:0.02 (relative uncertainty), yield_stress=..., ...
+ FREE       zero, compliance, drift: fitted with the material
+ NOISE      noise of the load, per cent of the largest load; default: the scatter of the rows
+ POISSON    Poisson's ratio of the material (0.3); TIP_YOUNG (Pa; rigid), TIP_POISSON (0.07)
+ CACHE      folder of the runs (out/identify/cache); SHIPPED=no: without the runs of the package
+ INTERVALS  profile (default: profile likelihood) or emcee (Markov chains; requires the package emcee)
+ CORES      number of concurrent runs; PLAN=only: forecast only; REFINE=no: no runs at the optimum
+ WRITE      with TIPS=cone:70.3;cone:60: file for all runs of these tips, like cones.json of the package
  OUT        folder of answer.json and identification.html (out/identify)
 
-With SCENE any scene with @name@ in it is fitted to measured columns: identification.md, The general form."""
+With SCENE, a scene with placeholders @name@ is fitted to measured columns: identification.md, The general
+form."""
 
 import json
 import os
@@ -42,11 +43,11 @@ def pairs_of(cache, tip, law):
     return [(case, record) for case, record in cache.cases() if (case.tip, case.law) == (tip, law.name)]
 
 
-NEAR = 0.11  # of a coordinate's range: runs that are no further away serve as those at the optimum
+NEAR = 0.11  # share of the range of a coordinate: nearer runs replace those at the optimum
 
 
 def refinement(tips, answer, cache):
-    """Cases at the medians, on the cells of the others and on finer ones, where no run is near."""
+    """Cases at the medians, on the standard and on finer cells, for tips without a run nearby."""
     law = answer.law
     if not law.flows:
         return []
@@ -93,7 +94,7 @@ class Identification:
         return [case for case in wanted if case not in self.cache]
 
     def plan(self):
-        """Say what will be run: the runs that are missing, and those at the optimum."""
+        """Print and return the forecast for the missing runs and those at the optimum."""
         missing = self.missing()
         refined = 2 * len(set(self.tips)) if self.law.flows and self.job.settings.get("REFINE") != "no" else 0
         shape = tuple(np.add(self.law.low, self.law.high) / 2)
@@ -105,8 +106,8 @@ class Identification:
             return planning.Price()
         price = planning.price_of(missing + again, self.cores, self.program)
         print(
-            f"Plan: {len(missing)} runs for {len(set(self.tips))} tip(s) that the cache lacks, {refined} at "
-            f"the optimum: {price.words}, on {self.cores} core(s).",
+            f"Plan: {len(missing)} runs for {len(set(self.tips))} tip(s) that are not in the cache, "
+            f"{refined} at the optimum: {price.words}, on {self.cores} core(s).",
             flush=True,
         )
         return price
@@ -141,7 +142,7 @@ class Identification:
         return problem, answer
 
     def minutes_of_tip(self, tips):
-        """What the runs of one of the tips would take on average, by what those of the first tip took."""
+        """Mean computing time (min) of the runs of one of the tips, scaled from the runs of the first tip."""
         if not tips:
             return 0.0
         known = [
@@ -163,12 +164,12 @@ def tip_to_run(word):
     tip = read_tip(text)
     if tip.has_length != bool(depth):
         raise BadRequest(
-            f"TIPS={word}: a tip with a length needs @DEPTH, as sphere:10um@1um, a sharp one none"
+            f"TIPS={word}: a tip with a length scale needs @DEPTH, as sphere:10um@1um; a sharp tip has none"
         )
     try:
         return tip.model(length_of(depth) if depth else 1.0)[0]
     except ValueError:
-        raise BadRequest(f"TIPS={word}: {depth} is no length")
+        raise BadRequest(f"TIPS={word}: {depth} is not a length")
 
 
 def fill(job):
@@ -232,7 +233,7 @@ def show(job, answer, said):
 
 
 def advice(one, problem, answer):
-    """Sentences on the next experiment; of an elastic law none."""
+    """Sentences on the next experiment; none for an elastic law."""
     if not answer.law.flows:
         return []
     left_out = [tip for tip in words.CANDIDATES if one.surrogate_of(tip) is None]
@@ -243,7 +244,7 @@ def advice(one, problem, answer):
 
 
 def identify(arguments):
-    """What the command does: the answer's record. Raises BadRequest, Unreadable, RunFailed."""
+    """Run an identification; returns the record of answer.json. Raises BadRequest, Unreadable, RunFailed."""
     begun = time.monotonic()
     job = read_job(arguments)
     if "SCENE" in job.settings:

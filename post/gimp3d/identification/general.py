@@ -207,7 +207,7 @@ class Model:
         inside = experiment.over <= x.max() * (1 + 1e-6)
         if not np.all(inside):
             raise Unreadable(
-                f"{experiment.name}: {over} is measured to {experiment.over.max():.4g}, the run ends at "
+                f"{experiment.name}: {over} is measured to {experiment.over.max():.4g}, but the run ends at "
                 f"{x.max():.4g}"
             )
         order = np.argsort(x, kind="stable")
@@ -317,7 +317,7 @@ def read_changes(words):
 
 
 def sentences(model, found):
-    """Values with intervals, and directions that the data do not determine."""
+    """Values with intervals, and combinations that the data do not determine."""
     said = []
     whole = found.covariance + found.model
     for k, parameter in enumerate(model.parameters):
@@ -330,13 +330,13 @@ def sentences(model, found):
         if sigma > UNDETERMINED:
             names = [p.name for p, weight in zip(model.parameters, row) if abs(weight) > 0.3]
             said.append(
-                f"Not determined: {' with '.join(names)} (one sigma: {100 * sigma:.2g} %): the data do "
-                "not tell these apart."
+                f"Combination that is not determined: {' with '.join(names)} (standard deviation "
+                f"{100 * sigma:.2g} %)."
             )
     if not np.any(found.model):
         said.append(
-            "The model's own error is not in the intervals: say CHECK=grid.cell_size=... (finer cells), or "
-            "what else the scene's accuracy hangs on."
+            "The intervals do not include the error of the model: add CHECK=grid.cell_size=... (finer "
+            "cells), or another numerical setting that affects the accuracy."
         )
     return said
 
@@ -353,7 +353,7 @@ def identify(job):
     scenes, files, columns = (settings[key].split(";") for key in ("SCENE", "DATA", "COLUMNS"))
     if not len(scenes) == len(files):
         raise Unreadable(
-            f"{len(scenes)} SCENE and {len(files)} DATA: as many are needed, with ; between them"
+            f"{len(scenes)} SCENE and {len(files)} DATA: the numbers must be equal; separate them by ;"
         )
     columns = columns * len(scenes) if len(columns) == 1 else columns
     noise = job.number("NOISE", 0.0) / 100
@@ -406,15 +406,15 @@ def identify(job):
 
 
 def plan(model, rounds, changes):
-    """The Price of all runs, said. What CHECK makes of the scenes is tried by a plan, for its runs are the
-    last ones."""
+    """Print and return the Price of all runs. Scenes with the values of CHECK are planned at once, so that an
+    error is found before the first run."""
     from .planning import Price, forecast, seconds_of_scene, spent
 
     x = np.array([p.inner(p.start) for p in model.parameters], dtype=float)
     texts, changed = model.texts(x), model.texts(x, changes) if changes else []
     quasi_static = any("quasi_static" in read_namelists(text) for text in texts)
     share = 1.0
-    if quasi_static:  # the program has no forecast of these: the first run is the yardstick, and it is kept
+    if quasi_static:  # no forecast by the program: the first run is measured, and kept
         begun, had, before = time.monotonic(), spent(), model.runs
         model.curves([x])
         if model.runs > before:
@@ -436,7 +436,7 @@ def plan(model, rounds, changes):
     price = Price(seconds, seconds / share / cores / 60)
     print(
         f"Plan: {count} runs in {rounds} rounds, {each:.3g} s each: {price.words}"
-        + (" (by the first run)" if quasi_static else ""),
+        + (" (from the first run)" if quasi_static else ""),
         flush=True,
     )
     return price

@@ -1,5 +1,5 @@
-"""The page of the general form: measured columns and fit with its band, parameters, stress over strain where
-a law is fitted, what is determined."""
+"""The HTML page of the general form: measured columns and fit with its band, parameters, stress-strain curve
+if a hardening law is fitted."""
 
 import numpy as np
 
@@ -68,17 +68,17 @@ def write(path, model, found, said, repeat):
         html.tag(
             "main",
             html.section("answer", "The parameters", html.table(
-                "Values, 90 % intervals, and one sigma (of logarithms where the range is above 0)",
+                "Values, 90 % intervals, and standard deviations (of logarithms if the range is above 0)",
                 ["", "value", "interval", "from the data", "from the model (CHECK)"], rows),
                 *(html.tag("p", sentence) for sentence in said)),
             html.section("fit", "Curves and fit", *pictures),
             *strain_section(model, draws),
             html.section(
-                "together", "The parameters together",
+                "together", "Joint distribution of the parameters",
                 html.image(corner_picture(draws, np.full(DRAWS, 1 / DRAWS), names)),
                 html.table("Correlation of the parameters", ["", *names],
                            [(name, *(f"{c:.2f}" for c in row)) for name, row in zip(names, correlations)])),
-            html.section("repeat", "How to repeat it", html.tag("pre", repeat)),
+            html.section("repeat", "Command", html.tag("pre", repeat)),
         ),
     ]  # fmt: skip
     path.write_text(html.whole(title, html.join(parts)))

@@ -1,5 +1,5 @@
-"""What is asked of an identification: KEY=VALUE words as tips with their data, settings, and what is known
-already."""
+"""The request for an identification: KEY=VALUE words as tips with their data, settings, and known
+parameters."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,12 +18,12 @@ KEYS = {
 
 
 class BadRequest(Exception):
-    """What was asked cannot be done; the text says why, and what is allowed."""
+    """The request cannot be met; the text gives the reason and what is allowed."""
 
 
 @dataclass
 class Job:
-    """What is asked: tips with their files, and the settings."""
+    """The request: tips with their files, and the settings."""
 
     groups: list = field(default_factory=list)  # (Tip, [files])
     settings: dict = field(default_factory=dict)
@@ -43,7 +43,7 @@ class Job:
         name = {"j2": "power"}.get(self.settings.get("LAW", "power"), self.settings.get("LAW", "power"))
         if name not in KNOWN:
             raise BadRequest(
-                f"LAW={name}: under tips allowed are {', '.join(KNOWN)}; others are the general form (SCENE=)"
+                f"LAW={name}: allowed for tips are {', '.join(KNOWN)}; else use the general form (SCENE=)"
             )
         return KNOWN[name]
 
@@ -59,7 +59,7 @@ class Job:
         try:
             return float(self.settings[key])
         except ValueError:
-            raise BadRequest(f"{key}={self.settings[key]}: not a number")
+            raise BadRequest(f"{key}={self.settings[key]}: must be a number")
 
 
 def read_job(arguments):
@@ -69,14 +69,14 @@ def read_job(arguments):
         key, equals, value = word.partition("=")
         key = key.lstrip("-").upper().replace("-", "_")
         if not equals or key not in KEYS:
-            raise BadRequest(f"{word}: not KEY=VALUE; the keys are {', '.join(sorted(KEYS))}")
+            raise BadRequest(f"{word}: must be KEY=VALUE; the keys are {', '.join(sorted(KEYS))}")
         if key == "DATA":
             if data is not None:
-                raise BadRequest(f"{word}: the DATA before it has no TIP")
+                raise BadRequest(f"{word}: the preceding DATA has no TIP")
             data = value.split(",")
         elif key == "TIP":
             if data is None:
-                raise BadRequest(f"{word}: stands behind its DATA")
+                raise BadRequest(f"{word}: must follow its DATA")
             job.groups.append((read_tip(value), data))
             data = None
         elif key in job.settings:
@@ -84,11 +84,11 @@ def read_job(arguments):
         else:
             job.settings[key] = value
     if data is not None and "SCENE" not in job.settings:
-        raise BadRequest(f"DATA={','.join(data)}: needs a TIP behind it, as TIP=berkovich")
+        raise BadRequest(f"DATA={','.join(data)}: must be followed by a TIP, as TIP=berkovich")
     if data is not None:
         job.settings["DATA"] = ",".join(data)
     if not job.groups and not {"SCENE", "TIPS"} & set(job.settings):
-        raise BadRequest("nothing to fit: say DATA=curve.csv TIP=berkovich")
+        raise BadRequest("no data: give DATA=curve.csv TIP=berkovich")
     return job
 
 
@@ -105,7 +105,7 @@ def observe(job):
         rows = [row for one in read if isinstance(one, list) for row in one]
         curves = [one for one in read if isinstance(one, measured.Curve)]
         if rows and curves:
-            raise BadRequest(f"DATA={','.join(names)}: curves and derived numbers are two DATA")
+            raise BadRequest(f"DATA={','.join(names)}: give curves and derived numbers as separate DATA")
         if rows:
             found.append(observed.from_derived(tip, rows))
         else:
@@ -113,12 +113,12 @@ def observe(job):
     return found
 
 
-SAME_DEPTH = 0.05  # of a depth: curves of a tip with a length that are within it share their runs
+SAME_DEPTH = 0.05  # relative difference of depth within which curves of a tip with a length share runs
 
 
 def alike(tip, curves):
-    """Groups of curves that one set of runs serves: all of a sharp tip, those of about one depth of
-    another."""
+    """Groups of curves that share a set of runs: all curves of a sharp tip, those of similar depth of another
+    tip."""
     if not tip.has_length:
         return [curves]
     groups = []
@@ -138,7 +138,7 @@ def priors_of(job):
         try:
             value, sigma = float(number), float(share or 0.01)
         except ValueError:
-            raise BadRequest(f"FIX={word}: not NAME=VALUE or NAME=VALUE:UNCERTAINTY")
+            raise BadRequest(f"FIX={word}: must be NAME=VALUE or NAME=VALUE:UNCERTAINTY")
         if name == "young":
             star = 1 / ((1 - job.poisson**2) / value + job.tip_compliance)
             found[0] = float(np.log(star)), sigma
@@ -158,7 +158,7 @@ def priors_of(job):
 
 
 def check_parameters(job, priors):
-    """PARAMETERS: those of the law that it does not name must be in FIX."""
+    """Check PARAMETERS: the other parameters of the law must be in FIX."""
     if "PARAMETERS" not in job.settings:
         return
     law = job.law
@@ -178,4 +178,4 @@ def check_parameters(job, priors):
             found = law.coordinate(name, 1.0, None)
             place = 2 + found[0] if found else None
         if place not in priors:
-            raise BadRequest(f"PARAMETERS: {name} is not among them, so FIX={name}=VALUE must say it")
+            raise BadRequest(f"PARAMETERS: {name} is not listed, so it must be given by FIX={name}=VALUE")

@@ -99,11 +99,11 @@ def read_table(path):
     if not rows:
         raise Unreadable(f"{path}: no rows of numbers")
     if not head:
-        raise Unreadable(f"{path}: no head line with names and units, as `depth [nm], load [mN]`")
+        raise Unreadable(f"{path}: no header line with names and units, as `depth [nm], load [mN]`")
     pairs = [split_name(word) for word in head]
     for name, unit in pairs:
         if not unit and name in sum(KINDS.values(), ()):
-            raise Unreadable(f"{path}: column {name} says no unit, as `depth [nm], load [mN]` do")
+            raise Unreadable(f"{path}: column {name} has no unit; give it as in `depth [nm], load [mN]`")
         if unit not in UNITS and name in sum((*KINDS.values(), *DERIVED.values()), ()):
             raise Unreadable(
                 f"{path}: column {name} has the unit {unit!r}; "
@@ -153,11 +153,11 @@ def read_curve(path):
         return derived_rows(path, names, units, rows)
     depth, load = (column(KINDS[kind], names, units, rows) for kind in ("depth", "load"))
     if depth is None or load is None:
-        raise Unreadable(f"{path}: needs a column depth and a column load; it has {', '.join(names)}")
+        raise Unreadable(f"{path}: columns depth and load are required; it has {', '.join(names)}")
     if len(depth) < 20:
-        raise Unreadable(f"{path}: {len(depth)} rows; a curve needs 20")
+        raise Unreadable(f"{path}: {len(depth)} rows; at least 20 are required")
     if not (np.all(np.isfinite(depth)) and np.all(np.isfinite(load))):
-        raise Unreadable(f"{path}: a depth or load is no finite number")
+        raise Unreadable(f"{path}: a depth or load is not a finite number")
     return Curve(path.stem, depth, load, column(KINDS["time"], names, units, rows))
 
 
@@ -176,6 +176,6 @@ def derived_rows(path, names, units, rows):
         if "max_depth" not in values and {"max_load", "curvature"} <= set(values):
             values["max_depth"] = np.sqrt(values["max_load"] / values["curvature"])
         if "stiffness" in values and "max_depth" not in values:
-            raise Unreadable(f"{path}: S needs the largest depth hmax beside it, or C and Pmax")
+            raise Unreadable(f"{path}: with S the largest depth hmax is required, or C and Pmax")
         found.append(Derived(f"{Path(path).stem} {number}", values, sigma))
     return found

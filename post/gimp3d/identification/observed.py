@@ -61,7 +61,7 @@ def segments(curve):
     time = curve.time if curve.time is not None else np.arange(len(depth), dtype=float)
     ways = oliver_pharr.find_unloadings(depth)
     if not ways:
-        raise NoUnloading(f"{curve.name}: the tool is never drawn back, so there is no unloading to fit")
+        raise NoUnloading(f"{curve.name}: the curve has no unloading")
     way = max(ways, key=lambda one: depth[one.start])
     top, top_sigma = oliver_pharr.load_at_start(depth, load, way, 0.0)
     rows = oliver_pharr.virgin_rows(depth, way.hold)
@@ -73,7 +73,8 @@ def segments(curve):
     back = back[load[back] / top < UNLOADING[1]]
     if len(rows) < 8 or len(back) < 8:
         raise NoUnloading(
-            f"{curve.name}: {len(rows)} rows of loading, {len(back)} of unloading; 8 are needed"
+            f"{curve.name}: {len(rows)} rows of loading, {len(back)} of unloading; at least 8 of each are "
+            "required"
         )
     return Segments(
         curve.name, depth[rows], load[rows], time[rows], depth[back], load[back], time[back],
@@ -216,11 +217,11 @@ def from_derived(tip, rows):
     rows where there are three or more, else what the rows or DEFAULT_SIGMA say."""
     if tip.has_length:
         raise measured.Unreadable(
-            f"{rows[0].name}: derived numbers are of sharp tips; a {tip.title} needs curves"
+            f"{rows[0].name}: derived numbers are only for sharp tips; a {tip.title} requires curves"
         )
     wanted = [name for name in DEFAULT_SIGMA if all(name in row.values for row in rows)]
     if "curvature" not in wanted:
-        raise measured.Unreadable(f"{rows[0].name}: needs C (with its unit) at least")
+        raise measured.Unreadable(f"{rows[0].name}: C (with its unit) is required")
 
     def numbers(row):
         v = row.values

@@ -1,5 +1,5 @@
-"""The page of an identification: curve and fit, parameters, stress over strain, what is determined, how good
-the model is, how to repeat it."""
+"""The HTML page of an identification: curve and fit, parameters, stress-strain curve, identifiability, model
+error, command."""
 
 import numpy as np
 
@@ -110,7 +110,7 @@ def corner_picture(values, weights, titles):
                 ax.plot(some[:, j], some[:, i], ".", ms=1.5, alpha=0.3, color="#0b62b8")
                 style(ax, titles[j], titles[i])
     return picture(
-        figure, "corner", "corner plot", "The parameters: each alone, and pairs of them (3000 draws)."
+        figure, "corner", "corner plot", "Marginal and pairwise distributions of the parameters (3000 draws)."
     )
 
 
@@ -125,7 +125,7 @@ def strain_picture(low, middle, high, best=None):
     return picture(
         figure, "stress", "stress over plastic strain",
         f"Stress over plastic strain with its {100 * LEVEL:.0f} % band"
-        + ("." if best is None else "; broken line: where it is known best."),
+        + ("." if best is None else "; dashed line: strain at which it is best determined."),
     )  # fmt: skip
 
 
@@ -149,7 +149,7 @@ def parameter_rows(answer, poisson, tip_compliance):
     rows += [
         ("stress at 3.3 % plastic strain", *shown_interval(answer.intervals["stress_0.033"], 1e-6, "MPa")),
         (
-            f"stress at {100 * answer.strain:.2g} % plastic strain, known best",
+            f"stress at {100 * answer.strain:.2g} % plastic strain (best known)",
             *shown_interval(answer.intervals["stress_best"], 1e-6, "MPa"),
         ),
     ]
@@ -173,11 +173,11 @@ def write(path, job, problem, answer, said, repeat):
             *([html.section("strain", "Stress over strain", html.image(
                   strain_picture(*np.array(answer.band).T, answer.strain)))]
               if answer.law.flows else []),
-            html.section("parameters", "The parameters together", html.image(corner_of(answer))),
-            html.section("determined", "What is determined and what is not", directions_table(answer)),
-            html.section("model", "How good the model is", model_table(problem, answer),
+            html.section("parameters", "Joint distribution of the parameters", html.image(corner_of(answer))),
+            html.section("determined", "Identifiability", directions_table(answer)),
+            html.section("model", "Error of the model", model_table(problem, answer),
                          *(html.tag("p", note) for note in job.notes)),
-            html.section("repeat", "How to repeat it", html.tag("pre", repeat)),
+            html.section("repeat", "Command", html.tag("pre", repeat)),
         ),
     ]  # fmt: skip
     path.write_text(html.whole(job.title, html.join(parts)))
@@ -191,8 +191,8 @@ def directions_table(answer):
             (words.describe(one, answer.law), f"{1 / one.sigma:.3g}", words.percent(one.sigma), known)
         )
     return html.table(
-        "Directions of the parameters by the singular values of their whitened sensitivities",
-        ["direction", "singular value", "one sigma along it", ""],
+        "Directions in parameter space, by the singular values of the whitened sensitivities",
+        ["direction", "singular value", "standard deviation", ""],
         rows,
     )
 
@@ -201,15 +201,15 @@ def model_table(problem, answer):
     rows, law = [], answer.law
     columns = ("E*", "yield stress", *words.COORDINATES[law.name])[: len(answer.covariance)]
     for name, words_ in (
-        ("data", "the data's noise"),
-        ("polynomials", "scatter of the runs about the polynomials"),
-        ("cells", "cells and speed"),
-        ("pyramid", "a cone in place of a pyramid"),
+        ("data", "noise of the data"),
+        ("polynomials", "interpolation between the runs"),
+        ("cells", "cell size and speed"),
+        ("pyramid", "cone for a pyramid"),
     ):
         if name in answer.parts:
             part = answer.parts[name]
             rows.append((words_, *map(words.percent, part[:2]), *(f"{value:.2g}" for value in part[2:])))
-    table = html.table("One sigma of each parameter, by what it comes from", ["from", *columns], rows)
+    table = html.table("Standard deviation of each parameter, by source", ["source", *columns], rows)
     lines = [
         (words.candidate_title(model.tip), str(len(model.cases)),
          *(f"{fit.scatter:.2g}" for fit in model.fits[:3]),
@@ -220,8 +220,17 @@ def model_table(problem, answer):
         [
             table,
             html.table(
-                "The forward model: runs, scatter about the polynomials, what cells and speed may change",
-                ["tip", "runs", "ln C", "ln recovery", "1/m", "ln C, cells", "recovery, cells", "1/m, cells"],
+                "The forward model: runs, scatter about the polynomials, uncertainty due to cells and speed",
+                [
+                    "tip",
+                    "runs",
+                    "ln C",
+                    "ln recovery",
+                    "1/m",
+                    "ln C, cells",
+                    "ln recovery, cells",
+                    "1/m, cells",
+                ],
                 lines,
             ),
         ]

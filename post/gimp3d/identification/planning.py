@@ -1,7 +1,8 @@
-"""What runs will take: the program's own forecast of some of them, and the work of the others beside it.
+"""Forecast of the computing time of runs: the program's own forecast for some of them, scaled to the others
+by their number of particle steps.
 
-Seconds are of the processor: on a machine that others use too a run waits, and how long is not known before.
-The share of a processor that the forecasts got says what that makes of the clock, if the others go on."""
+Seconds are CPU time. The elapsed time depends on the load of the machine; it is estimated from the share of
+CPU time that the forecasts received."""
 
 import json
 import resource
@@ -15,14 +16,14 @@ from ..api import RunFailed
 from ..launch import find_program
 from . import forward
 
-OVERHEAD = 0.4  # s of the processor that a run takes besides its steps: start, output, reading
-DISTURBED = 1.4  # a forecast that is so much dearer than the cheapest is left out
-TRIED = (0.1, 0.5, 0.9)  # places among the cases, by their work, that are forecast
+OVERHEAD = 0.4  # CPU time of a run besides its steps, s: start, output, reading
+DISTURBED = 1.4  # forecasts that exceed the lowest one by this factor are left out
+TRIED = (0.1, 0.5, 0.9)  # quantiles of the cases, by their work, that are forecast
 
 
 def work(case):
-    """Particle-steps of a case, about: steps of the finest cells, which the levels share, over their
-    particles."""
+    """Estimated particle steps of a case: time steps of the finest cells, which all levels share, times the
+    number of particles."""
     numerics = case.numerics
     end = forward.motion(case)[2]
     steps = end * numerics.cells / (0.35 * forward.DEPTH * case.width)
@@ -33,34 +34,32 @@ def work(case):
 
 @dataclass
 class Price:
-    """Seconds of the processor, and minutes by the clock at the present load of the machine."""
+    """seconds: CPU time; minutes: elapsed time at the present load of the machine."""
 
     seconds: float = 0.0
     minutes: float = 0.0
 
     @property
     def words(self):
-        return (
-            f"{self.seconds:.3g} s of the processor, {self.minutes:.2g} minutes at the machine's present load"
-        )
+        return f"{self.seconds:.3g} s of CPU time, {self.minutes:.2g} min elapsed at the present load"
 
 
 def seconds_of_scene(scene, program=None):
-    """Seconds of the processor of a scene's text, by the program's forecast, and the share of a processor
-    that it got."""
+    """CPU time of a scene (s) by the program's forecast, and the share of a processor that the forecast
+    received."""
     found = forecast(scene, program)
     share = min(max(found.get("processor_share", 1.0), 0.01), 1.0)
     return found["time_s"] * share, share
 
 
 def spent():
-    """Seconds of the processor that this process and its children have had."""
+    """CPU time (s) of this process and its children."""
     children = resource.getrusage(resource.RUSAGE_CHILDREN)
     return time.process_time() + children.ru_utime + children.ru_stime
 
 
 def forecast(scene, program=None):
-    """The figures of the program's plan. Raises RunFailed with its sentence where it does not take the
+    """The numbers of the program's plan. Raises RunFailed with the program's message if it rejects the
     scene."""
     with tempfile.TemporaryDirectory() as folder:
         plan = Path(folder) / "plan.json"
@@ -69,7 +68,7 @@ def forecast(scene, program=None):
             input=scene, text=True, capture_output=True, cwd=folder,
         )  # fmt: skip
         if done.returncode or not plan.is_file():
-            raise RunFailed(done.returncode or 1, done.stderr.strip()[-500:] or "the plan is not there")
+            raise RunFailed(done.returncode or 1, done.stderr.strip()[-500:] or "the program wrote no plan")
         return json.loads(plan.read_text())
 
 

@@ -122,7 +122,7 @@ def read_area(text, pyramid):
     else:
         names, units, rows = read_table(Path(text))
         if "area" not in names or not {"depth", "h"} & set(names):
-            raise BadTip(f"TIP=area:{text}: needs columns depth and area, it has {', '.join(names)}")
+            raise BadTip(f"TIP=area:{text}: columns depth and area are required; it has {', '.join(names)}")
         column = names.index("depth" if "depth" in names else "h")
         at = names.index("area")
         if units[at] not in ("m2", "mm2", "um2", "nm2"):
@@ -134,7 +134,7 @@ def read_area(text, pyramid):
         if h[0] > 0:
             h, area = np.concatenate([[0.0], h]), np.concatenate([[0.0], area])
     if len(h) < 3 or np.any(np.diff(h) <= 0) or np.any(np.diff(area) < 0) or h[0] != 0 or area[1] <= 0:
-        raise BadTip(f"TIP=area:{text}: depths must rise from 0, and areas with them")
+        raise BadTip(f"TIP=area:{text}: depths and areas must increase from 0")
     return Tip("profile", pyramid=pyramid, profile=tuple(zip(h.tolist(), area.tolist())), name=name)
 
 
@@ -151,7 +151,7 @@ def read_tip(text):
     try:
         numbers = [length_of(word.strip().lower().removeprefix("rounding=")) for word in rest]
     except ValueError:
-        raise BadTip(f"TIP={text}: {rest} are no numbers")
+        raise BadTip(f"TIP={text}: {rest} are not numbers")
     if kind in ("berkovich", "vickers") and len(numbers) <= 1 and all(n > 0 for n in numbers):
         half_angle = BERKOVICH if kind == "berkovich" else VICKERS
         return Tip("cone", half_angle, numbers[0] if numbers else 0.0, True)
@@ -161,6 +161,6 @@ def read_tip(text):
         return Tip("sphere", 0.0, numbers[0])
     raise BadTip(
         f"TIP={text}: allowed are cone:ANGLE (30 to 85 degrees), berkovich, vickers, each with "
-        ":rounding=LENGTH where it is rounded, sphere:RADIUS, area:FILE or area:C0,C1,... (nm), "
-        "with :round of a turned tip"
+        ":rounding=LENGTH if it is rounded, sphere:RADIUS, area:FILE or area:C0,C1,... (nm), "
+        "with :round for an axisymmetric tip"
     )

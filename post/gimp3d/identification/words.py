@@ -1,4 +1,4 @@
-"""What the data determine and what they do not, in sentences; and what experiment would help most."""
+"""Sentences on identifiability: what the data determine, what they do not, and the next experiment."""
 
 from dataclasses import dataclass
 
@@ -8,16 +8,17 @@ from . import forward
 from .fit import LEVEL, TABLE_POISSON
 from .tips import Tip
 
-KNOWN = 0.25  # half of an interval over its middle: above it a number is not determined
-TOGETHER = 0.9  # correlation of two numbers that are known only together
-DIRECTIONS = 0.25  # one sigma along a direction, as a share of stress: above it the data do not determine it
-WHERE = (0.01, forward.REPRESENTATIVE, 0.1)  # plastic strains where a coordinate's effect is measured
+KNOWN = 0.25  # largest relative half-width of the interval of a parameter that is determined
+CORRELATED = 0.9  # correlation coefficient above which two parameters are reported as correlated
+DIRECTIONS = 0.25  # largest standard deviation (relative stress) of a direction that is determined
+WHERE = (0.01, forward.REPRESENTATIVE, 0.1)  # plastic strains where the effect of a coordinate is evaluated
 
 
 @dataclass
 class Direction:
-    """A direction of ln E*, ln yield stress, and each coordinate of the law times what it does to the
-    logarithm of the stress: one sigma along it from the singular value of the whitened sensitivities."""
+    """A direction in the space of ln E*, ln yield stress and each coordinate of the law times its derivative
+    of ln stress; sigma: standard deviation along it, from the singular value of the whitened
+    sensitivities."""
 
     weights: np.ndarray
     sigma: float
@@ -29,7 +30,7 @@ def half_width(interval):
 
 
 def stretch(answer):
-    """What each coordinate of the law does to the logarithm of the stress: of the power law, ln(1 + E eps /
+    """Derivative of ln stress with respect to each coordinate of the law; for the power law ln(1 + E eps /
     yield stress) at the representative strain."""
     law, found = answer.law, []
     young, yielding, shape = answer.best[0] * (1 - TABLE_POISSON**2), *answer.best[1:2], answer.best[2:]
@@ -60,7 +61,8 @@ def correlation(answer, first=1, second=2):
 
 
 def percent(share):
-    return f"{100 * share:.2g} %"
+    value = 100 * share
+    return f"{value:.0f} %" if value >= 99.5 else f"{value:.2g} %"
 
 
 COORDINATES = {
@@ -72,20 +74,20 @@ COORDINATES = {
 
 
 def describe(direction, law):
-    """Such as `yield stress up with exponent down`."""
+    """Such as `higher yield stress, lower exponent`."""
     signs = ("E*", "yield stress", *COORDINATES[law.name])
     parts = [
-        f"{name} {'up' if weight > 0 else 'down'}"
+        f"{'higher' if weight > 0 else 'lower'} {name}"
         for name, weight in zip(
             signs, direction.weights * np.sign(direction.weights[np.argmax(np.abs(direction.weights))])
         )
         if abs(weight) > 0.25
     ]
-    return " with ".join(parts)
+    return ", ".join(parts)
 
 
 def sentences(answer, tips):
-    """What is determined, and what is not."""
+    """The parameters that the data determine, and those that they do not."""
     said = []
     inside = answer.intervals
     names = " and ".join(dict.fromkeys(tip.title for tip in tips))
@@ -96,7 +98,7 @@ def sentences(answer, tips):
         )
         return said + misfit(answer)
     stress = half_width(inside["stress_best"])
-    where = f"{100 * answer.strain:.2g} % plastic strain" if answer.strain > 0 else "the beginning of flow"
+    where = f"{100 * answer.strain:.2g} % plastic strain" if answer.strain > 0 else "initial yield"
     said.append(
         f"The data ({names}) determine the stress at {where} within {percent(stress)} and E* within "
         f"{percent(half_width(inside['modulus']))} ({100 * LEVEL:.0f} % intervals)."
@@ -112,40 +114,40 @@ def sentences(answer, tips):
         said.append(f"The yield stress is determined within {percent(yielding)}, {', '.join(widths)}.")
     else:
         spans = [
-            f"that of the {title} "
-            + f"{scale * inside[name][0]:.2g} to {scale * inside[name][2]:.2g} {unit}".strip()
+            f"{title} {scale * inside[name][0]:.2g} to {scale * inside[name][2]:.2g} {unit}".strip()
             for name, title, (scale, unit) in hardening
         ]
         said.append(
-            f"The yield stress is not determined: its interval is {inside['yield_stress'][0] / 1e6:.4g} to "
-            f"{inside['yield_stress'][2] / 1e6:.4g} MPa, {', '.join(spans)}."
+            "The data do not determine the yield stress: the 90 % intervals are "
+            f"{inside['yield_stress'][0] / 1e6:.4g} to {inside['yield_stress'][2] / 1e6:.4g} MPa, "
+            f"{', '.join(spans)}."
         )
-        if answer.law.name == "power" and abs(correlation(answer)) > TOGETHER:
+        if answer.law.name == "power" and abs(correlation(answer)) > CORRELATED:
             said.append(
-                "Yield stress and exponent are known only together: a higher yield stress with a lower "
+                "Yield stress and exponent are strongly correlated: a higher yield stress with a lower "
                 "exponent gives the same curve."
             )
     for one in unknown:
         said.append(
-            f"Not determined is the direction {describe(one, answer.law)} (one sigma along it: "
-            f"{percent(one.sigma)} of stress; singular value {1 / one.sigma:.3g})."
+            f"Combination that is not determined: {describe(one, answer.law)} (standard deviation "
+            f"{percent(one.sigma)} of the stress; singular value {1 / one.sigma:.3g})."
         )
     return said + misfit(answer)
 
 
 def misfit(answer):
-    """A sentence where the model does not fit."""
+    """A sentence if the model does not fit the data."""
     if answer.freedom and answer.chi2 > answer.freedom + 4 * np.sqrt(2 * answer.freedom):
         return [
-            f"The model does not fit: chi2 is {answer.chi2:.3g} at {answer.freedom} degrees of freedom. "
-            "Another law, a worn tip, the frame's compliance or friction may be behind it; the intervals "
-            "hold only where the model does."
+            f"The model does not fit the data: chi-squared is {answer.chi2:.3g} for {answer.freedom} "
+            "degrees of freedom. Possible causes are another hardening law, a blunted tip, frame compliance "
+            "or friction. The intervals are not valid."
         ]
     return []
 
 
 def determined(answer):
-    """Whether yield stress and exponent are told apart: both the interval and the singular values say so."""
+    """Whether yield stress and exponent are determined, by the interval and by the singular values."""
     if not answer.law.flows:
         return half_width(answer.intervals["modulus"]) <= KNOWN
     return half_width(answer.intervals["yield_stress"]) <= KNOWN and all(
@@ -161,7 +163,7 @@ CANDIDATES = (
 
 @dataclass
 class Suggestion:
-    """A further experiment: half-widths of yield stress and of the first coordinate after it."""
+    """An additional experiment: half-widths of yield stress and of the first coordinate with it."""
 
     tip: object
     before: float
@@ -170,9 +172,9 @@ class Suggestion:
 
 
 def next_experiments(problem, answer, surrogate_of, noise=None, candidates=CANDIDATES):
-    """Candidates by how much they shrink the interval of the yield stress, to first order about the optimum.
-    surrogate_of(tip) gives a Surrogate, or None where the runs are missing: that candidate is left out.
-    `noise`: one sigma each of the features of the new curve."""
+    """Candidates sorted by the interval of the yield stress that they would leave, to first order about the
+    optimum. surrogate_of(tip) gives a Surrogate, or None if the runs are missing: that candidate is left out.
+    `noise`: standard deviations of the features of the new curve."""
     from .fit import Problem
     from .observed import Observed
 
@@ -202,34 +204,37 @@ def next_experiments(problem, answer, surrogate_of, noise=None, candidates=CANDI
 
 
 def candidate_title(tip):
-    """Of a tip that is run: a sphere by its depth over its radius."""
+    """Title of a tip as it is run: a sphere by its depth over its radius."""
     if tip.kind == "sphere":
         return f"sphere pressed in by {1 / tip.radius:.2g} of its radius"
     return tip.title
 
 
 def advice(suggestions, left_out=(), minutes=0.0, coordinate="exponent"):
-    """The best of them in a sentence, and those whose runs are missing, with the minutes that each takes."""
+    """Sentences on the best candidates, and on those whose runs are missing, with the computing time (min) of
+    each."""
     said = []
     if suggestions:
         best = suggestions[0]
         change = f"from {percent(best.before)} to {percent(best.after)}"
         if best.after > 0.85 * best.before:
             said.append(
-                f"No further tip of those with runs would help much: a {candidate_title(best.tip)} takes the "
-                f"interval of the yield stress {change} only."
+                "No additional indentation with the available tips would help much: with a "
+                f"{candidate_title(best.tip)} the half-width of the yield stress changes {change}."
             )
         else:
             said.append(
-                f"What would help most: a {candidate_title(best.tip)}. It takes the interval of the yield "
-                f"stress {change} and that of the {coordinate} to {best.exponent_after:.2g}, for one more "
-                "indentation and no further runs."
+                f"Most useful additional experiment: one indentation with a {candidate_title(best.tip)}. It "
+                f"reduces the half-width of the yield stress {change} and that of the {coordinate} to "
+                f"{best.exponent_after:.2g}, without further runs."
             )
             others = [one for one in suggestions[1:] if one.after < 0.85 * one.before]
             if others:
                 listed = ", ".join(f"{candidate_title(one.tip)} {percent(one.after)}" for one in others)
-                said.append(f"Others that would help: {listed}.")
+                said.append(f"Half-width of the yield stress with other tips: {listed}.")
     if left_out:
         listed = ", ".join(candidate_title(tip) for tip in left_out)
-        said.append(f"Not looked at, for want of runs (about {minutes:.1f} minutes each): {listed}.")
+        said.append(
+            f"Not evaluated, because their runs are missing (about {minutes:.1f} minutes each): {listed}."
+        )
     return said
