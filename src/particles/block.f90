@@ -1,4 +1,4 @@
-!> A block: 8 x 8 x 8 bins, their particles and lists. Its node tiles lie in the level's pools, at its slot.
+!> A block: 8 x 8 x 8 bins, their particles and lists. Its node tiles are in the level's pools, at its slot.
 module m_block
    use m_kinds, only: wp, i4, i8
    use m_node_values, only: mass_, p_x, tile_last
@@ -9,52 +9,56 @@ module m_block
    public :: block_t
 
    integer, private :: n
-   !> Directions -1, 0, 1 along each axis of the 27 blocks around a block; the 14th is that of the block
-   !> itself.
+   !> Directions -1, 0, 1 along each axis of the 27 blocks around a block; the 14th is the block itself.
    integer, parameter, public :: directions(3, 27) = &
       reshape([(mod(n - 1, 3) - 1, mod((n - 1)/3, 3) - 1, (n - 1)/9 - 1, n=1, 27)], [3, 27])
 
    integer, parameter, public :: sum_count = 12 !< quantities that histories sum over all particles
                                                 !< (model/energy.f90)
 
-   !> What a block holds, and what is known of it: moves as a whole when blocks are numbered anew.
+   !> Contents of a block and data derived from them: moved as a whole when blocks are renumbered.
    type :: contents_t
       type(particle_store_t), allocatable :: particles
       type(cell_list_t), allocatable :: cells
-      integer(i4), allocatable :: emigrants(:) !< particles that left during this step, rising
+      integer(i4), allocatable :: emigrants(:) !< particles that left during this step, in rising order
       integer :: emigrant_count = 0
-      integer :: run_breaks = 0          !< of its particles' order, when it was last seen to (cell_list.f90)
-      real(wp) :: disorder = 0.0_wp      !< their sum over the steps since the particles were sorted
-      real(wp) :: mean_breaks = 0.0_wp   !< and their mean over the last steps: they cost time
+      integer :: run_breaks = 0          !< run breaks in its particles' order, as last counted
+                                         !< (cell_list.f90)
+      real(wp) :: disorder = 0.0_wp      !< sum of run_breaks over the steps since the last sort
+      real(wp) :: mean_breaks = 0.0_wp   !< mean of run_breaks over the last steps, a measure of their cost
       logical :: pressed = .true. !< some particle may carry a contact pressure, of the last step or the one
                                   !< before
-      integer :: deposited = 0           !< its tile is P2G of so many of its first particles, of a generation
+      integer :: deposited = 0           !< number of its first particles whose P2G its tile holds, and their
+                                         !< generation
       integer(i8) :: deposit_of = -1
-      real(wp) :: sums(sum_count) = 0.0_wp !< of its particles, as energy.f90 numbers them, of a state of them
+      real(wp) :: sums(sum_count) = 0.0_wp !< sums over its particles, numbered as in energy.f90, and the
+                                           !< state of the particles they belong to
       integer(i8) :: sums_of(2) = -1
-      logical :: at_rest = .false.       !< no particle moves, none is under stress, in a state of them
+      logical :: at_rest = .false.       !< no particle moves or is under stress, and the state of the
+                                         !< particles this belongs to
       real(wp) :: wave_speed = 0.0_wp    !< largest of its particles, m/s
-      integer(i8) :: located(2) = -1     !< that state
-      real(wp), allocatable :: resting_mass(:, :, :) !< of its tile, kg: all that particles at rest give to
-                                                     !< it, in a state of them
+      integer(i8) :: located(2) = -1     !< the state this belongs to
+      real(wp), allocatable :: resting_mass(:, :, :) !< mass of its tile, kg: all that particles at rest
+                                                     !< contribute, and the state it belongs to
       integer(i8) :: resting_of(2) = -1
-      real(wp), allocatable :: resting_volume(:, :, :) !< of the cells of its tile, m3: all that particles at
-                                                       !< rest give to them, in a state of them
+      real(wp), allocatable :: resting_volume(:, :, :) !< volume of the cells of its tile, m3: all that
+                                                       !< particles at rest contribute, and the state it
+                                                       !< belongs to
       integer(i8) :: volume_of(2) = -1
-      logical :: left_out = .false.      !< nothing of the step under way changes its particles
+      logical :: left_out = .false.      !< the current step does not change its particles
       real(wp) :: lowest(3) = huge(1.0_wp), highest(3) = -huge(1.0_wp) !< bounds of its particles' centres, m
    end type contents_t
 
    type, extends(contents_t) :: block_t
-      integer :: place(3) = 0            !< which block of the level, from 0
+      integer :: place(3) = 0            !< block coordinates in the level, from 0
       integer :: field = 1               !< velocity field of its particles and nodes
       integer :: index = 0               !< its number in the level (grid_level%block_index)
-      real(wp) :: origin(3) = 0.0_wp     !< place of its first node, m
+      real(wp) :: origin(3) = 0.0_wp     !< position of its first node, m
       integer :: neighbour(27) = 0 !< slots of the blocks around, x fastest, 14 is this one; 0 where there is
                                    !< none
       logical :: shared = .false.        !< a neighbour lives on another rank
-      logical :: owns_shared_sum(27) = .false. !< it makes the sums of the nodes that it shares with those
-                                               !< between it and a direction alone
+      logical :: owns_shared_sum(27) = .false. !< by direction: it computes the sums of the nodes that it
+                                               !< shares only with the blocks between it and that direction
    contains
       procedure :: reserve
       procedure :: take_contents
@@ -73,8 +77,8 @@ module m_block
       procedure :: bytes
    end type block_t
 
-   real(wp), parameter :: sort_share = 0.45_wp !< sort when so many run_breaks a particle have been paid for:
-                                               !< as much as sorting costs
+   real(wp), parameter :: sort_share = 0.45_wp !< sort when so many run breaks a particle have accumulated:
+                                               !< their cost then equals that of sorting
    real(wp), parameter :: averaged = 64.0_wp   !< steps
 
 contains
@@ -89,44 +93,44 @@ contains
       if (.not. allocated(self%emigrants)) allocate (self%emigrants(0))
    end subroutine reserve
 
-   !> Take all that another block holds, which is left with nothing.
+   !> Move all contents of another block here; the other is left empty.
    subroutine take_contents(self, other)
       class(block_t), intent(inout) :: self
       type(block_t), intent(inout) :: other
       type(particle_store_t), allocatable :: particles
       type(cell_list_t), allocatable :: cells
-      call move_alloc(other%particles, particles) ! so that these are not copied
+      call move_alloc(other%particles, particles) ! keeps these arrays from being copied
       call move_alloc(other%cells, cells)
       self%contents_t = other%contents_t
       call move_alloc(particles, self%particles)
       call move_alloc(cells, self%cells)
    end subroutine take_contents
 
-   !> How many of its first particles have given to its tile already.
+   !> Number of its first particles whose P2G is in its tile already.
    pure integer function in_tile(self)
       class(block_t), intent(in) :: self
       in_tile = merge(self%deposited, 0, self%deposit_of == self%particles%generation)
    end function in_tile
 
-   !> True when `sums` is of its particles as they are.
+   !> True when `sums` belongs to the present state of its particles.
    pure logical function sums_hold(self)
       class(block_t), intent(in) :: self
       sums_hold = all(self%sums_of == self%particles%state())
    end function sums_hold
 
-   !> True when its particles are known to be at rest, as they are.
+   !> True when its particles are known to be at rest in their present state.
    pure logical function rests(self)
       class(block_t), intent(in) :: self
       rests = self%at_rest .and. all(self%located == self%particles%state())
    end function rests
 
-   !> True when `resting_mass` is all that its particles give to its tile.
+   !> True when `resting_mass` is all that its particles contribute to its tile.
    pure logical function has_resting_mass(self)
       class(block_t), intent(in) :: self
       has_resting_mass = self%rests() .and. all(self%resting_of == self%particles%state())
    end function has_resting_mass
 
-   !> While its particles rest, keep what they have given to its tile, if that is nothing but mass.
+   !> While its particles rest, store their contribution to its tile, if that is mass only.
    pure subroutine keep_resting_mass(self, tile)
       class(block_t), intent(inout) :: self
       real(wp), intent(in) :: tile(:, 0:, 0:, 0:) !< P2G of its particles
@@ -139,18 +143,18 @@ contains
       self%resting_of = self%particles%state()
    end subroutine keep_resting_mass
 
-   !> True when `resting_volume` is all that its particles give to the cells of its tile. At an edge of levels
-   !> it is not kept: cells are joined there as the level moves.
+   !> True when `resting_volume` is all that its particles contribute to the cells of its tile. It is not
+   !> stored at an edge of levels: cells are joined there as the level moves.
    pure logical function has_resting_volume(self)
       class(block_t), intent(in) :: self
       has_resting_volume = .not. allocated(self%cells%standing) .and. self%rests() &
                            .and. all(self%volume_of == self%particles%state())
    end function has_resting_volume
 
-   !> While its particles rest, keep the volumes that they have given to the cells of its tile.
+   !> While its particles rest, store the volumes that they contribute to the cells of its tile.
    pure subroutine keep_resting_volume(self, rows, tile)
       class(block_t), intent(inout) :: self
-      integer, intent(in) :: rows(2)              !< first and last place along y that anything reaches
+      integer, intent(in) :: rows(2)              !< first and last index along y in use
       real(wp), intent(in) :: tile(:, 0:, 0:, 0:) !< cell sums of its particles, volume first
       if (allocated(self%cells%standing)) return
       if (.not. allocated(self%resting_volume)) &
@@ -159,24 +163,24 @@ contains
       self%volume_of = self%particles%state()
    end subroutine keep_resting_volume
 
-   !> What its particles, which rest, give to its cleared tile.
+   !> Add the contribution of its resting particles to its cleared tile.
    pure subroutine lay_resting_mass(self, rows, tile)
       class(block_t), intent(in) :: self
-      integer, intent(in) :: rows(2) !< first and last place along y that is in use
+      integer, intent(in) :: rows(2) !< first and last index along y in use
       real(wp), intent(inout) :: tile(:, 0:, 0:, 0:)
       tile(mass_, :, rows(1):rows(2), :) = self%resting_mass(:, rows(1) + 1:rows(2) + 1, :)
    end subroutine lay_resting_mass
 
-   !> True when the run breaks, which are up to date, and those of the steps before have cost as much as
-   !> sorting does. A block that comes to rest is sorted then, for while it rests nothing looks at its order:
-   !> sorting must not depend on how long that was.
+   !> True when the run breaks, now (up to date) and over past steps, have cost as much as sorting. A block
+   !> that comes to rest is sorted then: while it rests its order is not counted, and sorting must not depend
+   !> on how long it rested.
    pure logical function wants_sorting(self)
       class(block_t), intent(in) :: self
       wants_sorting = self%disorder + self%cells%run_breaks > sort_share*self%particles%count
       if (self%at_rest) wants_sorting = wants_sorting .or. self%cells%run_breaks > 0
    end function wants_sorting
 
-   !> Bring the particles into the order of their bins.
+   !> Sort the particles by bin.
    subroutine sort(self, order, work)
       class(block_t), intent(inout) :: self
       integer(i4), intent(inout), contiguous :: order(:) !< work, as long as there are particles
@@ -188,16 +192,16 @@ contains
       self%disorder = 0.0_wp
    end subroutine sort
 
-   !> Once a step, with its order as it is used: what its run breaks cost, on average and since the particles
-   !> were sorted. What has come since then does not count: sorting decides the last digits of sums, and must
-   !> not depend on ranks.
+   !> Once a step, with the order as used: update the sum and the mean of run breaks since the last sort.
+   !> Particles that arrived since then do not count: sorting changes the last digits of sums, and must not
+   !> depend on ranks.
    pure subroutine count_disorder(self)
       class(block_t), intent(inout) :: self
       self%disorder = self%disorder + self%run_breaks
       self%mean_breaks = self%mean_breaks + (self%run_breaks - self%mean_breaks)/averaged
    end subroutine count_disorder
 
-   !> Widen the bounds to a place.
+   !> Extend the bounds to include a position.
    pure subroutine include_place(self, place)
       class(block_t), intent(inout) :: self
       real(wp), intent(in) :: place(3) !< m

@@ -1,4 +1,5 @@
-!> Filling bodies with particles: a cubic lattice of particles, those whose centre lies in the shape.
+!> Filling bodies with particles: a cubic lattice, of which the particles with their centre in the shape are
+!> kept.
 module m_body
    use m_kinds, only: wp, i4, i8
    use m_constants, only: block_size, exit_input
@@ -17,7 +18,7 @@ module m_body
    private
    public :: first_id, number_ids, lattice_extent, fill_block, count_in_block, expected_count, holds_place
 
-   real(wp), parameter :: whole = 1.0e-9_wp !< what lacks so small a share of a cube is one
+   real(wp), parameter :: whole = 1.0e-9_wp !< a cube that lacks no more than this share counts as whole
 
    !> The lattice of a body: particle (i,j,k) has its centre at anchor + (i + 1/2, ...) spacing, first <= i <=
    !> last.
@@ -28,16 +29,16 @@ module m_body
       integer(i8) :: last(3)
    end type lattice_t
 
-   !> A particle before it is one.
+   !> A particle before its creation.
    type :: birth_t
       real(wp) :: x(3) = 0.0_wp    !< m
       real(wp) :: half = 0.0_wp    !< half its edge, m
       real(wp) :: volume = 0.0_wp  !< m3
-      real(wp) :: cell(3) = 0.0_wp !< middle of its place in the lattice, m: x where it is whole
+      real(wp) :: cell(3) = 0.0_wp !< middle of its lattice site, m: x where it is whole
       real(wp) :: halves(3) = 0.0_wp !< half the edges of its domain, m: all `half` where it is whole
-      integer(i8) :: id = 0        !< number of its place in the lattice, from 1
+      integer(i8) :: id = 0        !< number of its lattice site, from 1
       integer(i8) :: octants = 0   !< which part of which part it is, three bits a split, the last one lowest
-      integer :: refinement = 0    !< splits into eight
+      integer :: refinement = 0    !< number of splits into eight
    end type birth_t
 
    type :: births_t
@@ -49,8 +50,8 @@ module m_body
 
 contains
 
-   !> Add the particles of a body that live in a block of level l.
-   !> The id is id_base + the number of the lattice place, so that it does not depend on the blocks.
+   !> Add the particles of a body that live in a block of level l. The id is id_base + the number of the
+   !> lattice site, so it does not depend on the blocks.
    subroutine fill_block(levels, l, block, spec, body, density, id_base, cells)
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: l
@@ -60,7 +61,7 @@ contains
       real(wp), intent(in) :: density     !< kg/m3
       integer(i8), intent(in) :: id_base
       real(wp), allocatable, intent(out), optional :: cells(:, :) !< (4, particles added): middle and half
-                                                                  !< edge of their places in the lattice, m
+                                                                  !< edge of their lattice sites, m
       type(births_t) :: births
       real(wp) :: values(levels(l)%table%columns)
       integer :: p
@@ -80,7 +81,7 @@ contains
       end do
    end subroutine fill_block
 
-   !> How many particles of a body live in the block of level l at a place.
+   !> Number of particles of a body that live in the block of level l at `place`.
    pure integer function count_in_block(levels, l, place, spec) result(n)
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: l, place(3)
@@ -92,8 +93,7 @@ contains
       n = births%count
    end function count_in_block
 
-   !> About how many particles of a body the coarsest level holds, without counting them; finer levels only
-   !> add to them.
+   !> Estimated number of particles of a body on the coarsest level, without counting; finer levels add to it.
    elemental real(wp) function expected_count(spec, grid) result(n)
       type(body_spec_t), intent(in) :: spec
       type(grid_level_t), intent(in) :: grid
@@ -119,8 +119,8 @@ contains
                              origin + (block_size + 2)*level%grid%cell)
    end function may_hold
 
-   !> The particles of a body that live in the block of level l at a place: the places of the lattice of the
-   !> coarsest level that lie in the body, and where finer regions begin their parts.
+   !> The particles of a body that live in the block of level l at `place`: the sites of the coarsest level's
+   !> lattice that lie in the body and, where finer regions begin, the parts of their particles.
    pure subroutine find_births(levels, l, place, spec, births)
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: l, place(3)
@@ -138,7 +138,7 @@ contains
          do j = low(2), high(2)
             do i = low(1), high(1)
                root%x = lattice%anchor + (real([i, j, k], wp) + 0.5_wp)*lattice%spacing
-               ! a symmetry plane cuts it
+               ! cut by a symmetry plane
                if (any(root%x < levels(1)%grid%lower) .or. any(root%x > levels(1)%grid%upper)) cycle
                if (.not. may_hold_any(spec, root%x, root%half, size(levels) > 1)) cycle
                root%id = 1 + (i - lattice%first(1)) + extent(1)*((j - lattice%first(2)) &
@@ -149,8 +149,8 @@ contains
       end do
    end subroutine find_births
 
-   !> A particle on level `now`, or its parts, go to the level where they live (theory.md, Levels). Those that
-   !> live in the block are listed.
+   !> Assign a particle on level `now`, or its parts, to the level where they live (theory.md, Levels). Those
+   !> that live in the block are appended to the list.
    pure recursive subroutine settle_down(levels, now, l, place, spec, birth, births)
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: now, l, place(3)
@@ -186,8 +186,7 @@ contains
       end if
    end subroutine settle_down
 
-   !> False of a place in the lattice that has no particle of a body, and no part of one where it may be
-   !> split.
+   !> False if a lattice site has no particle of a body, and no part of one where particles may be split.
    pure logical function may_hold_any(spec, middle, half, splits)
       type(body_spec_t), intent(in) :: spec
       real(wp), intent(in) :: middle(3), half !< m
@@ -199,11 +198,11 @@ contains
       end if
    end function may_hold_any
 
-   !> Where a particle is and how large: its place in the lattice, or what the shape has of that (theory.md,
-   !> eq. cut-cell); a volume of 0 where that is too small for a particle.
+   !> Position and size of a particle: its lattice site, or the part of it inside the shape (theory.md, eq.
+   !> cut-cell); volume 0 where that part is too small for a particle.
    pure subroutine find_shape(spec, cell, birth)
       type(body_spec_t), intent(in) :: spec
-      real(wp), intent(in) :: cell !< of its level, m
+      real(wp), intent(in) :: cell !< cell size of its level, m
       type(birth_t), intent(inout) :: birth
       type(part_t) :: part
       real(wp) :: cells(3, cell_limit)
@@ -244,7 +243,7 @@ contains
       self%list(self%count) = birth
    end subroutine add
 
-   !> What a new particle carries; fields of its law follow (material_t%initial).
+   !> Initial columns of a new particle; fields of its law follow (material_t%initial).
    pure subroutine initial_values(level, spec, density, birth, values)
       type(level_t), intent(in) :: level
       type(body_spec_t), intent(in) :: spec
@@ -259,7 +258,7 @@ contains
          values(at%velocity:at%velocity + 2) = spec%velocity &
                           + [w(2)*arm(3) - w(3)*arm(2), w(3)*arm(1) - w(1)*arm(3), w(1)*arm(2) - w(2)*arm(1)]
          values(at%volume) = birth%volume
-         if (spec%section%is_flat()) & ! all that its part of the section stands for
+         if (spec%section%is_flat()) & ! the whole extent of its part of the section
             values(at%volume) = birth%volume/(2.0_wp*birth%half)*spec%section%depth(birth%x(1))
          values(at%mass) = density*values(at%volume)
          call first_half_edges(values, at, birth%halves, birth%half)
@@ -275,7 +274,7 @@ contains
       end associate
    end subroutine initial_values
 
-   !> The lattice of a body: n particles along a cell, from where its shape says.
+   !> The lattice of a body: n particles along a cell; the shape sets its anchor.
    pure type(lattice_t) function body_lattice(spec, cell) result(lattice)
       type(body_spec_t), intent(in) :: spec
       real(wp), intent(in) :: cell !< m
@@ -293,11 +292,11 @@ contains
       lattice%last(2) = 0
    end function body_lattice
 
-   !> True when a body has a particle at a place of its lattice.
+   !> True when a body has a particle at a lattice site.
    pure logical function holds_place(spec, cell, middle, half)
       type(body_spec_t), intent(in) :: spec
-      real(wp), intent(in) :: cell            !< of the particle's level, m
-      real(wp), intent(in) :: middle(3), half !< of the place, m
+      real(wp), intent(in) :: cell            !< cell size of the particle's level, m
+      real(wp), intent(in) :: middle(3), half !< of the site, m
       type(birth_t) :: birth
       birth%x = middle
       birth%half = half
@@ -305,20 +304,20 @@ contains
       holds_place = birth%volume > 0.0_wp
    end function holds_place
 
-   !> Ids of a body's particles follow this one.
+   !> The id before the first one of a body's particles.
    pure integer(i8) function first_id(body, layout)
       integer, intent(in) :: body
       type(layout_t), intent(in) :: layout
       first_id = (body - 1)*layout%ids_of_body
    end function first_id
 
-   !> How ids are shared out: so many to each body, a power of ten, that those of different bodies do not
-   !> meet, and the bits above the last of them to the splits. A fault where these are too few.
+   !> Number the ids: a range for each body, a power of ten so that ranges of different bodies do not overlap;
+   !> the bits above the last range number the splits. An error where these bits are too few.
    subroutine number_ids(layout, bodies, cell, splits, error)
       type(layout_t), intent(inout) :: layout
       type(body_spec_t), intent(in) :: bodies(:)
-      real(wp), intent(in) :: cell   !< of the coarsest level, m
-      integer, intent(in) :: splits  !< for which there has to be room
+      real(wp), intent(in) :: cell   !< cell size of the coarsest level, m
+      integer, intent(in) :: splits  !< number of splits that the bits must allow
       type(error_t), intent(inout) :: error
       integer :: body
       layout%ids_of_body = 1000_i8
@@ -335,11 +334,11 @@ contains
                    to_text(splits)//'; try fewer bodies or levels, or larger cells')
    end subroutine number_ids
 
-   !> Places of a body's lattice along each axis. Ids of its particles, from 1, count them along x first, then
-   !> y, then z.
+   !> Lattice sites of a body along each axis. Ids of its particles, from 1, count them along x first, then y,
+   !> then z.
    pure function lattice_extent(spec, cell) result(extent)
       type(body_spec_t), intent(in) :: spec
-      real(wp), intent(in) :: cell !< of the coarsest level, m
+      real(wp), intent(in) :: cell !< cell size of the coarsest level, m
       integer(i8) :: extent(3)
       type(lattice_t) :: lattice
       lattice = body_lattice(spec, cell)
@@ -351,12 +350,12 @@ contains
       type(level_t), intent(in) :: level
       integer, intent(in) :: place(3)
       type(lattice_t), intent(in) :: lattice
-      logical, intent(in) :: moved !< particles need not lie in the middle of their places
+      logical, intent(in) :: moved !< particles need not lie in the middle of their sites
       integer(i8), intent(out) :: low(3), high(3)
       real(wp) :: from(3), to(3)
       from = level%grid%block_origin(place) - 0.5_wp*level%grid%cell
       to = from + block_size*level%grid%cell
-      if (level%number > 1 .or. moved) then ! what lives here may be part of a larger one
+      if (level%number > 1 .or. moved) then ! a particle here may be part of a larger one
          from = from - lattice%spacing
          to = to + lattice%spacing
       end if

@@ -1,5 +1,5 @@
-!> Which particles of a block lie in which of its 8 x 8 x 8 cells, those of the dual grid, centred on its
-!> nodes: linked lists, and in which order particles are gone through.
+!> Linked lists of the particles of a block in each of its 8 x 8 x 8 cells (those of the dual grid, centred on
+!> its nodes), and the order in which particles are traversed.
 module m_cell_list
    use m_kinds, only: i4, i8
    use m_constants, only: block_size
@@ -9,28 +9,30 @@ module m_cell_list
 
    integer, parameter, public :: bins = block_size**3
 
-   !> The cells (1 to 512, x fastest) of a block's particles, in three ways: the cell of each particle; a
-   !> linked list of the particles of each cell, rising, which `link` brings up to date; and what is known of
-   !> all of them together. Kernels go through `count` particles, as they are stored from `start` on, or
-   !> through the chosen ones.
+   !> The cells (1 to 512, x fastest) of a block's particles, in three forms: the cell of each particle; a
+   !> linked list of the particles of each cell, rising, updated by `link`; and statistics of all of them.
+   !> Kernels traverse `count` particles, in storage order from `start` on, or the chosen ones.
    type :: cell_list_t
-      integer(i4), allocatable :: bin(:)   !< cell of each particle; set by whoever locates the particles
+      integer(i4), allocatable :: bin(:)   !< cell of each particle; set by the procedure that locates the
+                                           !< particles
       integer(i4), allocatable :: first(:) !< first particle of each cell, 0 where it has none
       integer(i4), allocatable :: next(:)  !< the next particle of the same cell, 0 behind the last
       integer :: linked = -1               !< particles in the lists; -1: bins have changed since
       integer :: start = 1
       integer :: count = 0
-      logical :: chosen = .false.          !< it is those in `order` that are gone through
-      integer(i4), allocatable :: order(:) !< numbers of particles, where lists of chosen ones are made
-      integer :: counted = 0 !< particles of which the following has been counted; -1: bins have changed since
-      integer :: low(3) = block_size, high(3) = -1 !< the first and the last place along each axis, from 0,
-                                                   !< that has particles, those included that came later
+      logical :: chosen = .false.          !< only the particles in `order` are traversed
+      integer(i4), allocatable :: order(:) !< numbers of particles, where subsets are chosen
+      integer :: counted = 0 !< number of particles in the statistics below; -1: bins have changed since
+      integer :: low(3) = block_size, high(3) = -1 !< the first and the last index along each axis, from 0, of
+                                                   !< bins with particles, including those that were added
+                                                   !< later
       integer :: occupied = 0              !< bins that have particles
-      integer :: run_breaks = 0 !< runs of particles of one bin beyond one for each bin, and twice the places
-                                !< where the next one is of a lower bin: 0 where particles are in order
-      integer(i4), allocatable :: standing(:) !< at an edge of levels, where means over cells are taken: where
-                                              !< the cell of the grid at each place of a tile stands in the
-                                              !< tile of sums (levels/joined_cells.f90)
+      integer :: run_breaks = 0 !< runs of particles of one bin beyond one for each bin, plus twice the number
+                                !< of places where the next particle has a lower bin: 0 where particles are in
+                                !< order
+      integer(i4), allocatable :: standing(:) !< at an edge of levels, where means over cells are taken:
+                                              !< index, in the tile of sums, of the grid cell at each place of
+                                              !< a tile (levels/joined_cells.f90)
    contains
       procedure :: reserve
       procedure :: link
@@ -46,7 +48,7 @@ module m_cell_list
 
 contains
 
-   !> Make room for a number of particles, and for choosing among them where that is wanted; keeps bins.
+   !> Make room for a number of particles, and for choosing subsets of them where wanted; keeps bins.
    subroutine reserve(self, capacity, choosing)
       class(cell_list_t), intent(inout) :: self
       integer, intent(in) :: capacity
@@ -69,7 +71,7 @@ contains
       allocate (self%order(capacity))
    end subroutine reserve
 
-   !> Bring the lists up to date: the cells of the first `count` particles have been set.
+   !> Update the lists: the cells of the first `count` particles have been set.
    pure subroutine link(self, count)
       class(cell_list_t), intent(inout) :: self
       integer, intent(in) :: count
@@ -84,8 +86,8 @@ contains
       self%linked = count
    end subroutine link
 
-   !> A particle has come, behind all others, and its cell been set: it goes to the end of its cell's list, if
-   !> lists are up to date.
+   !> Particle p was added behind all others and its cell set: append it to its cell's list, if lists are up
+   !> to date.
    pure subroutine link_in(self, p)
       class(cell_list_t), intent(inout) :: self
       integer, intent(in) :: p
@@ -109,15 +111,15 @@ contains
       self%next(last) = p
    end subroutine link_in
 
-   !> Particles have changed cell, or their places in the store: nothing holds but `bin`.
+   !> Particles have changed cell, or their position in the store: only `bin` is still valid.
    pure subroutine outdate(self)
       class(cell_list_t), intent(inout) :: self
       self%linked = -1
       self%counted = -1
    end subroutine outdate
 
-   !> Where the first `count` particles are, and how far they are out of order. All of them are gone through
-   !> from here on.
+   !> Count the extent and the disorder of the first `count` particles. From here on all of them are
+   !> traversed.
    pure subroutine update_statistics(self, count)
       class(cell_list_t), intent(inout) :: self
       integer, intent(in) :: count
@@ -134,7 +136,7 @@ contains
       self%counted = count
    end subroutine update_statistics
 
-   !> From here on the particles stored from `start` to `last` are gone through.
+   !> From here on the particles stored from `start` to `last` are traversed.
    pure subroutine go_through(self, start, last)
       class(cell_list_t), intent(inout) :: self
       integer, intent(in) :: start, last
@@ -143,8 +145,8 @@ contains
       self%chosen = .false.
    end subroutine go_through
 
-   !> Runs of one bin, and twice the places where the next bin is a lower one. By itself, so that it becomes
-   !> vectors.
+   !> Number of runs of one bin, plus twice the number of places where the next bin is lower. A separate
+   !> procedure, so that it vectorises.
    pure integer function run_breaks_in(bin) result(run_breaks)
       integer(i4), intent(in), contiguous :: bin(:)
       integer :: p
@@ -155,11 +157,11 @@ contains
       end do
    end function run_breaks_in
 
-   !> The first and the last place along each axis, from 0, that has particles; none: the first behind the
-   !> last.
+   !> The first and the last index along each axis, from 0, that has particles; if there are none the first is
+   !> behind the last.
    pure subroutine find_extent(held, low, high)
       integer(i4), intent(in) :: held(0:block_size - 1, 0:block_size - 1, 0:block_size - 1)
-                                                        !< above 0 where a bin has some
+                                                        !< above 0 where a bin has particles
       integer, intent(out) :: low(3), high(3)
       integer :: along_x(0:block_size - 1), along_y(0:block_size - 1), along_z(0:block_size - 1), j, k
       along_x = 0
@@ -192,8 +194,8 @@ contains
       end subroutine ends
    end subroutine find_extent
 
-   !> Choose the particles of some cells among those that another goes through, in that order: sums over them
-   !> keep their bits. Bins stand only for particles that are chosen.
+   !> Choose the particles of some cells among those that another list traverses, in its order: sums over them
+   !> keep their bits. Bins are set only for particles that are chosen.
    pure subroutine take_bins(self, whole, wanted)
       class(cell_list_t), intent(inout) :: self
       type(cell_list_t), intent(in) :: whole
@@ -209,10 +211,10 @@ contains
       end do
    end subroutine take_bins
 
-   !> The bins whose particles reach one of some nodes of a block's tile.
+   !> The bins whose particles reach at least one of some nodes of a block's tile.
    pure function bins_at(nodes, rows) result(at)
       logical, intent(in) :: nodes(0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
-      integer, intent(in) :: rows(2) !< first and last place along y that is in use
+      integer, intent(in) :: rows(2) !< first and last index along y in use
       logical :: at(bins)
       logical :: x(block_size, 0:block_size + 1, 0:block_size + 1), &
                  y(block_size, block_size, 0:block_size + 1), z(block_size, block_size, block_size)
@@ -236,7 +238,7 @@ contains
       at = reshape(z, [bins])
    end function bins_at
 
-   !> The same of a section: the nodes of one row along y, all particles in the bins around them.
+   !> The same for a section: the nodes of one row along y, all particles in the bins around them.
    pure function bins_of_row(nodes, row) result(at)
       logical, intent(in) :: nodes(0:block_size + 1, 0:block_size + 1)
       integer, intent(in) :: row !< of the bins, from 0
@@ -250,14 +252,13 @@ contains
       end do
    end function bins_of_row
 
-   !> The order in which the particles that are gone through, all of them, are in order: bin by bin, and in a
-   !> bin as they are stored. From here on it is theirs, and the caller brings them into it. Two halves are
-   !> counted and placed side by side: particles of one bin, which follow each other, would wait for each
-   !> other's sums.
+   !> The permutation that sorts the traversed particles, all of them: bin by bin, and within a bin in storage
+   !> order. The list assumes the new order from here on; the caller permutes the store. Two halves are
+   !> counted and placed side by side: consecutive particles of one bin would wait for each other's sums.
    pure subroutine sort(self, order)
       class(cell_list_t), intent(inout) :: self
       integer(i4), intent(out), contiguous :: order(:) !< (count): the new p-th is the old order(p)-th
-      ! of the first half of the particles, of the second, of all
+      ! for the first half of the particles, the second, all
       integer(i4) :: next(bins), later(bins), held(bins)
       integer :: b, half, p
       half = self%count/2

@@ -1,5 +1,5 @@
-!> What a cube has of a shape whose surface may cut it: the volume inside, where it lies, and the surface in
-!> it (theory.md, eq. cut-cell).
+!> The part of a cube inside a shape whose surface may cut it: its volume and moments, and the surface in the
+!> cube (theory.md, eq. cut-cell).
 module m_cut_cell
    use m_kinds, only: wp
    use m_shape, only: shape_t
@@ -7,17 +7,19 @@ module m_cut_cell
    private
    public :: part_t, may_reach, find_part, find_surface, cells_of_particle
 
-   integer, parameter :: halvings = 2  !< of a cube that the surface cuts, before it is taken for plane there
+   integer, parameter :: halvings = 2  !< halvings of a cube cut by the surface before the surface is taken as
+                                       !< plane
    integer, parameter :: samples = 2**halvings
-   real(wp), parameter :: hair = 1.0e-6_wp !< edges: so near to a side of a cube a surface lies on it
-   real(wp), parameter :: tie = 1.0e-6_wp !< places as near, in half edges, and components as large, are the
-                                          !< same: of these the first counts
+   real(wp), parameter :: hair = 1.0e-6_wp !< edges: a surface so near to a side of a cube lies on it
+   real(wp), parameter :: tie = 1.0e-6_wp !< places that differ by less, in half edges, and normals whose
+                                          !< components do, count as equal: the first is taken
    real(wp), parameter :: first_wins(3) = [1.0_wp + 2.0_wp*tie, 1.0_wp + tie, 1.0_wp]
    real(wp), parameter :: nothing = 1.0e-9_wp !< of a cube: so small a part is round-off
-   real(wp), parameter, public :: min_share = 0.2_wp !< smaller parts of a cube go to the next one inwards
-   integer, parameter, public :: cell_limit = 7 !< that a particle may be made of: its own and six beside it
+   real(wp), parameter, public :: min_share = 0.2_wp !< smaller parts of a cube are added to the next cube
+                                                     !< inwards
+   integer, parameter, public :: cell_limit = 7 !< cubes that may form one particle: its own and six beside it
 
-   !> A part of a body. The moments are of its volume.
+   !> A part of a body, and the moments of its volume.
    type :: part_t
       real(wp) :: volume = 0.0_wp    !< m3
       real(wp) :: first(3) = 0.0_wp  !< m4
@@ -30,7 +32,7 @@ module m_cut_cell
 
 contains
 
-   !> False of a cube that surely has nothing of the shape.
+   !> False if a cube certainly has no part of the shape.
    pure logical function may_reach(shape, middle, half)
       class(shape_t), intent(in) :: shape
       real(wp), intent(in) :: middle(3), half !< of the cube: its middle and half its edge, m
@@ -47,8 +49,8 @@ contains
       middle = self%first/self%volume
    end function middle
 
-   !> Half the edges (m) of the box along the axes with the same volume, whose moments of inertia are to each
-   !> other as the part's; none longer than `longest`.
+   !> Half the edges (m) of the axis-aligned box with the same volume and the same ratios of moments of
+   !> inertia as the part; none longer than `longest`.
    pure function half_edges(self, longest) result(half)
       class(part_t), intent(in) :: self
       real(wp), intent(in) :: longest !< m
@@ -58,7 +60,7 @@ contains
       half = min(half, longest)
    end function half_edges
 
-   !> The same of the part of a square that a section has of the cube, as thick as that.
+   !> The same for the part of the square in which a section cuts the cube; its thickness is that of the cube.
    pure function half_edges_of_section(self, longest, across) result(half)
       class(part_t), intent(in) :: self
       real(wp), intent(in) :: longest, across !< m; half the cube's edge
@@ -68,21 +70,21 @@ contains
       half([1, 3]) = min(half([1, 3])*sqrt(self%volume/(8.0_wp*product(half))), longest)
    end function half_edges_of_section
 
-   !> The part of a shape in a cube, in the whole cube where the surface does not reach it. Added to what is
-   !> there. Of a section what its square in the plane of the middle has, as thick as the cube.
+   !> Add the part of a shape in a cube; the whole cube where the surface does not reach it. Of a section: the
+   !> part of the square in the plane of the middle, as thick as the cube.
    pure recursive subroutine find_part(shape, middle, half, part, flat, depth)
       class(shape_t), intent(in) :: shape
       real(wp), intent(in) :: middle(3), half
       type(part_t), intent(inout) :: part
       logical, intent(in) :: flat            !< of a section
-      integer, intent(in), optional :: depth !< halvings that are left
+      integer, intent(in), optional :: depth !< remaining halvings
       real(wp) :: distance, normal(3), share, centre(3), parts(3)
       integer :: left, octant
       left = halvings
       if (present(depth)) left = depth
       if (shape%is_searched()) then
          distance = shape%max_distance(middle)
-         normal = 0.0_wp ! of no account where all of the cube is inside
+         normal = 0.0_wp ! unused where the cube is inside
       end if
       if (.not. shape%is_searched() .or. distance > -sqrt(3.0_wp)*half) &
          call shape%distance_and_normal(middle, distance, normal)
@@ -100,7 +102,7 @@ contains
       if (distance > -sqrt(3.0_wp)*half) share = share_below(distance, half, normal)
       if (share <= 0.0_wp) return
       associate (volume => share*(2.0_wp*half)**3*merge(2**(halvings - left), 1, flat))
-         ! what is left of a box after a cut across its shortest way
+         ! the remainder of a box after a cut across its shortest direction
          centre = middle - (1.0_wp - share)*half*normal
          part%volume = part%volume + volume
          part%first = part%first + volume*centre
@@ -109,15 +111,15 @@ contains
       end associate
    end subroutine find_part
 
-   !> Share of a cube below a plane at a distance from its middle: exact for planes along the grid, right in
-   !> the mean over all distances for others.
+   !> Share of a cube below a plane at a distance from its middle: exact for planes along the grid, right on
+   !> average over all distances for others.
    pure real(wp) function share_below(distance, half, normal) result(share)
       real(wp), intent(in) :: distance, half, normal(3)
       share = min(1.0_wp, max(0.0_wp, 0.5_wp - 0.5_wp*distance/(half*sum(abs(normal)))))
    end function share_below
 
-   !> The cubes that a particle is made of: that where it was born and those beside it whose part is too small
-   !> for a particle of its own and which this one is next to, inwards. None where its own is too small.
+   !> The cubes that form a particle: that of its site, and those next to it, outwards, whose own part is too
+   !> small for a particle. None where its own part is too small.
    pure subroutine cells_of_particle(shape, middle, half, flat, cells, count)
       class(shape_t), intent(in) :: shape
       real(wp), intent(in) :: middle(3), half
@@ -136,12 +138,12 @@ contains
          if (volume_of(middle) < min_share*(2.0_wp*half)**3) return
       end if
       count = 1
-      if (distance <= -(2.0_wp + sqrt(3.0_wp))*half) return ! nothing beside it is cut
+      if (distance <= -(2.0_wp + sqrt(3.0_wp))*half) return ! no cut cube beside it
       do axis = 1, 3, merge(2, 1, flat)
          do side = -1, 1, 2
             beside = middle
             beside(axis) = middle(axis) + 2*side*half
-            ! all that are beside it must see one normal, where two faces are as near
+            ! all neighbours must get the same normal, also where two faces are equally near
             call shape%distance_and_normal(tie*half*anint(beside/(tie*half)), distance, normal)
             if (abs(distance) >= sqrt(3.0_wp)*half) cycle
             if (maxloc(abs(normal)*first_wins, dim=1) /= axis .or. normal(axis)*side <= 0.0_wp) cycle
@@ -161,10 +163,10 @@ contains
       end function volume_of
    end subroutine cells_of_particle
 
-   !> The surface of a shape in a cube that lies within a box: its area as an outward vector, its size, and
-   !> its middle times that. Added to what is there. Where all of it lies within the box the vector is what
-   !> closes the cube's sides, so that cubes beside each other make a surface without gaps. A side of the cube
-   !> on a side of the grid is no surface.
+   !> Add the surface of a shape in a cube that lies within a box: its outward area vector, its area, and its
+   !> area times its middle. Where all of it lies within the box, the area vector closes the cube's sides, so
+   !> that neighbouring cubes give a surface without gaps. A side of the cube on a side of the grid is no
+   !> surface.
    pure subroutine find_surface(shape, middle, half, grid_lower, grid_upper, lower, upper, area, size_of, &
                                 weighted)
       class(shape_t), intent(in) :: shape
@@ -186,7 +188,7 @@ contains
             do i = 1, samples
                place = middle + (2*[i, j, k] - 1 - samples)*small
                call shape%distance_and_normal(place, distance, normal)
-               distance = distance + hair*half ! what lies on a side belongs to the cube inside
+               distance = distance + hair*half ! a surface on a side belongs to the cube inside
                if (abs(distance) >= small*sum(abs(normal))) cycle
                foot = place - distance*normal
                if (any(foot <= grid_lower + 2.0_wp*hair*half) .or. &
@@ -209,8 +211,8 @@ contains
       weighted = weighted + foot_within
    end subroutine find_surface
 
-   !> The outward area vector (m2) of the surface in a cube: it closes those parts of the cube's six sides
-   !> that lie inside the shape, each seen from so many places along each edge.
+   !> The outward area vector (m2) of the surface in a cube: it closes the parts of the cube's six sides
+   !> inside the shape, each sampled at `places` points along each edge.
    pure function closing_area(shape, middle, half, places, grid_lower, grid_upper) result(closing)
       class(shape_t), intent(in) :: shape
       real(wp), intent(in) :: middle(3), half
@@ -229,7 +231,7 @@ contains
                   on_side(axis) = middle(axis) + side*half
                   on_side(u) = middle(u) + (2*a - 1 - places)*small
                   on_side(v) = middle(v) + (2*b - 1 - places)*small
-                  ! seen from inside the grid
+                  ! from inside the grid
                   on_side = min(max(on_side, grid_lower + 4.0_wp*hair*half), grid_upper - 4.0_wp*hair*half)
                   call shape%distance_and_normal(on_side, gap, across)
                   gap = gap + hair*half

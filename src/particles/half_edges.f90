@@ -1,5 +1,5 @@
-!> The domains of particles: half edges of a cube, of a box along the axes, or of a parallelepiped, as the
-!> scene's `domain` has them (theory.md, Domains).
+!> The domains of particles: half edges of a cube, of a box along the axes, or of a parallelepiped, by the
+!> scene's `domain` (theory.md, Domains).
 module m_half_edges
    use m_kinds, only: wp
    use m_constants, only: short_of
@@ -30,7 +30,8 @@ contains
       end if
    end function half_edges
 
-   !> Set the half edges of a particle's domain, of which a domain along the axes keeps what lies along them.
+   !> Set the half edges of a particle's domain; a box along the axes keeps only their components along the
+   !> axes.
    pure subroutine set_half_edges(values, layout, r)
       real(wp), intent(inout) :: values(:) !< the particle's columns
       type(layout_t), intent(in) :: layout
@@ -44,7 +45,7 @@ contains
       end if
    end subroutine set_half_edges
 
-   !> Set one half edge of a particle's domain that follows the material.
+   !> Set one half edge of a particle's domain that follows the deformation.
    pure subroutine set_half_edge(values, layout, k, edge)
       real(wp), intent(inout) :: values(:) !< the particle's columns
       type(layout_t), intent(in) :: layout
@@ -62,7 +63,7 @@ contains
       real(wp), intent(inout) :: values(:) !< the particle's columns
       type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: halves(3) !< half edges of the box, m
-      real(wp), intent(in) :: half      !< that of the whole cube, of which the box is a part, m
+      real(wp), intent(in) :: half      !< of the whole cube that the box is a part of, m
       if (layout%domain > 0) then
          values(layout%domain:layout%domain + 8:4) = halves
       else if (layout%half_sizes) then
@@ -74,7 +75,7 @@ contains
       end if
    end subroutine first_half_edges
 
-   !> The same as the weights see them: no further than the nodes reach (theory.md, eq. fit).
+   !> The half edges used for the weights: limited to the reach of the nodes (theory.md, eq. fit).
    pure function fitted_edges(values, layout, cell) result(r)
       real(wp), intent(in) :: values(:) !< the particle's columns
       type(layout_t), intent(in) :: layout
@@ -88,7 +89,7 @@ contains
       end if
    end function fitted_edges
 
-   !> Half the size, along the axes, of the box around a particle's domain, m.
+   !> Half the size, along the axes, of the bounding box of a particle's domain, m.
    pure function extents(values, layout) result(e)
       real(wp), intent(in) :: values(:) !< the particle's columns
       type(layout_t), intent(in) :: layout
@@ -102,14 +103,14 @@ contains
       end if
    end function extents
 
-   !> Of a particle's domain, m. Its box may be longer where it is sheared.
+   !> Longest half edge of a particle's domain, m. A sheared domain's bounding box may be longer.
    pure real(wp) function longest_half_edge(values, layout) result(length)
       real(wp), intent(in) :: values(:) !< the particle's columns
       type(layout_t), intent(in) :: layout
       length = maxval(norm2(half_edges(values, layout), dim=1))
    end function longest_half_edge
 
-   !> Both for the particles of a block, from their columns as they are stored, m.
+   !> `extents` and `longest_half_edge` of a block's particles, in storage order, m.
    pure subroutine domain_sizes(particles, layout, e, length)
       type(particle_store_t), intent(in) :: particles
       type(layout_t), intent(in) :: layout
@@ -155,7 +156,8 @@ contains
       end if
    end function lengths_squared
 
-   !> The longest of each of the first n particles whose domains follow the material, m2.
+   !> Square of the longest half edge of each of the first n particles whose domains follow the deformation,
+   !> m2.
    pure subroutine longest_squared(n, column, layout, square)
       integer, intent(in) :: n
       real(wp), intent(in), contiguous :: column(:, :)
@@ -179,7 +181,7 @@ contains
       end associate
    end subroutine longest_squared
 
-   !> The particle with the smallest half size, of boxes.
+   !> The particle with the smallest half size, for boxes.
    pure integer function thinnest(particles, layout)
       type(particle_store_t), intent(in) :: particles
       type(layout_t), intent(in) :: layout

@@ -1,6 +1,6 @@
-!> The motion within particles that their velocity gradients describe (theory.md, eq. inner-motion): with
-!> affine transfer a particle moves as v + L (x - x_p) over its domain, and this part of its kinetic energy
-!> and angular momentum is no less real than m v.
+!> The motion within particles given by their velocity gradients (theory.md, eq. inner-motion): with affine
+!> transfer a particle moves as v + L (x - x_p) over its domain, and this motion contributes to kinetic energy
+!> and angular momentum as m v does.
 module m_inner_motion
    use m_kinds, only: wp
    use m_field_table, only: layout_t
@@ -33,8 +33,8 @@ contains
       end if
    end subroutine inner_motion
 
-   !> Of a section the parts that lie in it: nothing turns or stretches across it, and all around no angular
-   !> momentum is left.
+   !> Of a section: the in-plane parts. Nothing turns or stretches across it, and around the full ring no
+   !> angular momentum remains.
    pure subroutine of_section(column, first, last, layout, kinetic, angular)
       real(wp), intent(in), contiguous :: column(:, :)
       integer, intent(in) :: first, last !< of the particles
@@ -58,7 +58,7 @@ contains
       if (layout%section%is_round()) angular = 0.0_wp
    end subroutine of_section
 
-   !> A half edge x, z (m) in the plane of a section turns and stretches as L r.
+   !> A half edge x, z (m) in the plane of a section, which turns and stretches as L r.
    pure subroutine of_edge(count, m, l, x, z, kinetic, about_y)
       integer, intent(in) :: count
       real(wp), intent(in) :: m(:), l(:, :), x(:), z(:)
@@ -77,7 +77,8 @@ contains
       about_y = about_y + turning/3.0_wp
    end subroutine of_edge
 
-   !> Boxes along the axes: columns of the mass, the one before the gradient, those of the half sizes.
+   !> Boxes along the axes. Arguments: column of the mass, column before the gradient, columns of the half
+   !> sizes.
    pure subroutine of_boxes(column, first, last, m, l, h, kinetic, angular)
       real(wp), intent(in), contiguous :: column(:, :)
       integer, intent(in) :: first, last, m, l, h(3)
@@ -101,8 +102,8 @@ contains
       angular = [about_x, about_y, about_z]/3.0_wp
    end subroutine of_boxes
 
-   !> Parallelepipeds: columns of the mass, the one before the gradient, the one before the half edges, which
-   !> stand one behind the other: each edge r turns and stretches as L r.
+   !> Parallelepipeds: each edge r turns and stretches as L r. Arguments: column of the mass, column before
+   !> the gradient, column before the half edges, which are stored one after the other.
    pure subroutine of_edges(column, first, last, m, l, r, kinetic, angular)
       real(wp), intent(in), contiguous :: column(:, :)
       integer, intent(in) :: first, last, m, l, r

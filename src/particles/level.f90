@@ -1,4 +1,4 @@
-!> One grid level: its grid, which rank owns which block, this rank's blocks, and the pools of their node
+!> One grid level: its grid, the owner rank of each block, this rank's blocks, and the pools of their node
 !> tiles.
 module m_level
    use m_near_ranks, only: near_ranks_t
@@ -15,14 +15,15 @@ module m_level
    private
    public :: level_t, fit_pool, tile_bytes
 
-   !> Of the nodes of a block.
+   !> Of a block's nodes.
    integer(i8), parameter :: tile_bytes = node_values*(tile_last + 1_i8)**3*storage_size(1.0_wp)/8
 
    type :: level_t
       integer :: number = 1                  !< 1 is the coarsest
       type(grid_level_t) :: grid
-      type(region_t) :: region               !< that it refines; the coarsest level's is everything
-      type(region_t), allocatable :: layer   !< where means over cells are taken: that region and the cells of
+      type(region_t) :: region               !< the region that it refines; the whole grid on the coarsest
+                                             !< level
+      type(region_t), allocatable :: layer   !< where means over cells are taken: the region and the cells of
                                              !< the level above around it (membership.f90)
       type(field_table_t) :: table
       type(layout_t) :: layout
@@ -31,30 +32,29 @@ module m_level
       integer, allocatable :: slot(:) !< (blocks, by number): slot here (own blocks first, then ghosts), 0 if
                                       !< not here
       integer, allocatable :: field_of_body(:) !< velocity field of each body's particles
-      type(near_ranks_t) :: near !< ranks that own blocks of any field at the places of blocks here or next to
-                                 !< them
+      type(near_ranks_t) :: near !< ranks that own blocks of any field at the same places as local blocks or
+                                 !< next to them
       type(block_t), allocatable :: blocks(:) !< own blocks, by rising index; block b has slot b
       integer, allocatable :: ghost_index(:) !< block indices of the neighbours on other ranks; ghost m has
                                              !< slot size(blocks) + m
       integer, allocatable :: interior_first(:) !< own blocks in two parts: those without remote neighbours,
                                                 !< and the others, each by rising index
-      integer :: part_end(0:2) = 0           !< part p of these is part_end(p - 1) + 1 to part_end(p)
-      real(wp), allocatable :: nodes(:, :, :, :, :) !< (node_values, 0:9, 0:9, 0:9, slots): what a block's
-                                                    !< particles give; then sums over all blocks and ranks;
-                                                    !< then the motion
-      logical :: sums_wait = .false. !< tiles hold what their own blocks' particles give; sums over blocks are
-                                     !< to be made
-      real(wp), allocatable :: restricted(:, :, :, :, :) !< the same shape, where there is a finer level: what
-                                                         !< that restricts while `nodes` holds the motion
+      integer :: part_end(0:2) = 0           !< part p of interior_first is part_end(p - 1) + 1 to part_end(p)
+      real(wp), allocatable :: nodes(:, :, :, :, :) !< (node_values, 0:9, 0:9, 0:9, slots): first the
+                                                    !< contributions of a block's particles, then sums over
+                                                    !< all blocks and ranks, then the motion
+      logical :: sums_wait = .false. !< tiles hold the contributions of their own blocks' particles; sums over
+                                     !< blocks are still to be made
+      real(wp), allocatable :: restricted(:, :, :, :, :) !< the same shape, where there is a finer level: its
+                                                         !< restricted values, while `nodes` holds the motion
       integer, allocatable :: extent(:, :, :) !< (2, 3, slots): first and last index along each axis of the
-                                              !< part of a tile that can be other than 0: what its particles
+                                              !< part of a tile that may be nonzero: the part its particles
                                               !< reach; of ghosts, all
-      real(wp), allocatable :: gradient(:, :) !< work of one block: columns on their way into order; then body
+      real(wp), allocatable :: gradient(:, :) !< work for one block: columns while being sorted; then body
                                               !< forces; then velocity gradients, from nodes to stress
-      integer(i4), allocatable :: order(:) !< work of one block: the order into which its particles are
-                                           !< brought
-      real(wp), allocatable :: lag(:, :) !< work: what the gradients that particles keep are ahead by (levels:
-                                         !< eq. lag)
+      integer(i4), allocatable :: order(:) !< work for one block: permutation that sorts its particles
+      real(wp), allocatable :: lag(:, :) !< work: amount by which the kept gradients are ahead in time
+                                         !< (theory.md, eq. lag)
       type(cell_list_t) :: at_edge !< work: those of a block's particles that reach an edge of levels
    contains
       procedure :: particle_count
@@ -100,8 +100,8 @@ contains
       slot_at = self%slot(self%grid%block_index(place, field))
    end function slot_at
 
-   !> Thickness of a particle's domain across a normal, 2 sqrt(sum (r_k . n)^2), m: exact along its edges, and
-   !> the edge of a cube whichever way it is turned (theory.md, eq. thickness).
+   !> Thickness of a particle's domain across a normal, 2 sqrt(sum (r_k . n)^2), m: exact along its edges; for
+   !> a cube its edge length in every direction (theory.md, eq. thickness).
    pure real(wp) function thickness(self, values, normal)
       class(level_t), intent(in) :: self
       real(wp), intent(in) :: values(:) !< the particle's columns
@@ -109,7 +109,7 @@ contains
       thickness = 2.0_wp*norm2(matmul(normal, half_edges(values, self%layout)))
    end function thickness
 
-   !> Edge of a particle whose domain deforms, m: of the cube of its volume, or of the square of its part of
+   !> Edge of a particle whose domain deforms, m: of the cube of equal volume, or the square of equal area of
    !> a section.
    pure real(wp) function edge(self, values)
       class(level_t), intent(in) :: self
@@ -123,8 +123,8 @@ contains
       end associate
    end function edge
 
-   !> No thickness of a particle's domain is larger, m: the eigenvalues of sum r_k r_k^T are no larger than
-   !> the largest of its rows (Gershgorin). Of a cube, and of a box along the axes, it is one that it has.
+   !> Upper bound of the thickness of a particle's domain, m: the eigenvalues of sum r_k r_k^T do not exceed
+   !> the largest of its row sums (Gershgorin). The bound is attained for a cube and a box along the axes.
    pure real(wp) function max_thickness(self, values)
       class(level_t), intent(in) :: self
       real(wp), intent(in) :: values(:) !< the particle's columns
@@ -133,8 +133,8 @@ contains
       max_thickness = 2.0_wp*sqrt(maxval(sum(abs(matmul(r, transpose(r))), dim=1)))
    end function max_thickness
 
-   !> The nodes that a block's particles reach, or all where others give to the block's nodes or ask of them;
-   !> those beside the plane of a section get nothing from anybody.
+   !> The nodes that a block's particles reach, or all where other blocks add to the block's nodes or read
+   !> them; nodes beside the plane of a section get no contributions.
    pure function range_of(block, whole, grid) result(extent)
       type(block_t), intent(in) :: block
       logical, intent(in) :: whole
@@ -146,8 +146,8 @@ contains
       if (grid%section%is_flat()) extent(:, 2) = grid%rows
    end function range_of
 
-   !> Before a block's tile is given to anew: it goes as far as the block's particles reach, or is whole, and
-   !> is 0 beyond.
+   !> Set the extent of a block's tile before new contributions: the nodes its particles reach, or all; the
+   !> tile is zero beyond.
    subroutine update_extents(self, b, whole)
       class(level_t), intent(inout) :: self
       integer, intent(in) :: b
@@ -165,8 +165,7 @@ contains
       end associate
    end subroutine update_extents
 
-   !> A block's tile, which is 0 beyond its extent, goes as far as particles that have come reach too, or is
-   !> whole.
+   !> Widen the extent of a block's tile, which is zero beyond, to the reach of added particles, or to all.
    pure subroutine widen_extent(self, b, whole)
       class(level_t), intent(inout) :: self
       integer, intent(in) :: b
@@ -177,9 +176,9 @@ contains
       self%extent(2, :, b) = max(self%extent(2, :, b), extent(2, :))
    end subroutine widen_extent
 
-   !> Count how far a block's particles are out of the order of their cells, and sort them where that has come
-   !> to cost too much. To be called when particles have changed cell or have left, before others come: the
-   !> order decides the last digits of sums.
+   !> Count how far a block's particles are out of the order of their cells, and sort them where that costs
+   !> too much. To be called when particles have changed cell or have left, before others arrive: the order
+   !> decides the last digits of sums.
    subroutine keep_order(self, b)
       class(level_t), intent(inout) :: self
       integer, intent(in) :: b
@@ -191,7 +190,7 @@ contains
       end associate
    end subroutine keep_order
 
-   !> Fit the work arrays to the largest block.
+   !> Size the work arrays for the largest block.
    subroutine size_work(self)
       class(level_t), intent(inout) :: self
       integer :: b, largest
@@ -208,8 +207,8 @@ contains
       if (self%layout%edge_stress > 0) call self%at_edge%reserve(largest, choosing=.true.)
    end subroutine size_work
 
-   !> Room in a pool for so many tiles; what it holds stays. There is room to spare, which takes no memory as
-   !> long as nobody touches it. Pools do not shrink.
+   !> Provide room in a pool for so many tiles; its contents stay. The spare room takes no memory until it is
+   !> touched. Pools do not shrink.
    subroutine fit_pool(pool, tiles)
       real(wp), allocatable, intent(inout) :: pool(:, :, :, :, :)
       integer, intent(in) :: tiles
@@ -228,7 +227,7 @@ contains
    pure integer(i8) function bytes(self) result(held)
       class(level_t), intent(in) :: self
       integer :: b
-      ! what is in use of the pools
+      ! the part of the pools in use
       held = tile_bytes*size(self%extent, 3)*merge(2, 1, allocated(self%restricted))
       held = held + 8_i8*(size(self%gradient, kind=i8) + size(self%lag, kind=i8))
       held = held + 4_i8*size(self%order, kind=i8)

@@ -1,10 +1,10 @@
 !> On which of two levels a particle lives (theory.md, Where a particle lives): on the finer one if its domain
-!> reaches into the region that this refines.
+!> reaches into the region of that level.
 !>
-!> Where means over cells are taken, all particles of a cell must live on one level, for no sum goes across
-!> levels. So a layer of one coarser cell around the region belongs to the finer level too, for particles that
-!> are small enough for its weights: there these are the same as on the coarser one (theory.md, Cells of
-!> anti-locking at an edge).
+!> Where means over cells are taken, all particles of a cell must live on one level, for no sum extends across
+!> levels. So a layer of one coarser cell around the region belongs to the finer level too, for particles
+!> small enough for its weights: in this layer the weights are the same as on the coarser level (theory.md,
+!> Cells of anti-locking at an edge).
 module m_membership
    use m_kinds, only: wp
    use m_level, only: level_t
@@ -16,8 +16,8 @@ module m_membership
 
 contains
 
-   !> Give each level but the first the layer around its region, or none. To be called when regions have been
-   !> set.
+   !> Give each level but the first the layer around its region, or remove it. To be called when regions have
+   !> been set.
    subroutine set_layers(levels, wanted)
       type(level_t), intent(inout) :: levels(:) !< all, the coarsest first
       logical, intent(in) :: wanted
@@ -48,8 +48,8 @@ contains
       end do
    end subroutine set_layers
 
-   !> True when a particle lives on a level rather than on the one above. What lives there stays until it is a
-   !> margin (m) further away.
+   !> True when a particle lives on a level rather than on the one above. A particle on the level stays until
+   !> it is `margin` (m) further away.
    pure logical function lives_on(level, x, extents, half, margin)
       type(level_t), intent(in) :: level
       real(wp), intent(in) :: x(3)       !< its centre, m
@@ -72,7 +72,7 @@ contains
       end if
    end function may_live_on
 
-   !> Cut a box to what is less than `margin` away from where the particles of a level live.
+   !> Clip a box to the points less than `margin` away from where the particles of a level live.
    pure subroutine clip_to_home(level, margin, low, high)
       type(level_t), intent(in) :: level
       real(wp), intent(in) :: margin             !< m

@@ -1,5 +1,5 @@
-!> How particles have moved and been deformed since the start of the run, for snapshots and probes: the fields
-!> that `fields` of &output asks for.
+!> Displacement and deformation of particles since the start of the run, for snapshots and probes: the fields
+!> that `fields` of &output requests.
 module m_motion_fields
    use m_kinds, only: wp
    use m_scene, only: output_spec_t
@@ -18,8 +18,8 @@ module m_motion_fields
 
 contains
 
-   !> The columns that the fields need. Where domains follow the material (`follows`), what a domain was tells
-   !> where the parts of a particle began.
+   !> Declare the columns that the fields need. Where domains follow the deformation (`follows`), the initial
+   !> domain gives the initial position of a split particle's parts.
    pure subroutine declare_motion(table, output, follows)
       type(field_table_t), intent(inout) :: table
       type(output_spec_t), intent(in) :: output
@@ -33,7 +33,7 @@ contains
          call table%declare('motion_gradient', 9, '1', written=.false., by_mass=.true.)
    end subroutine declare_motion
 
-   !> What is written, in this order.
+   !> The fields written, in this order.
    pure function motion_fields(layout) result(fields)
       type(layout_t), intent(in) :: layout
       type(motion_field_t), allocatable :: fields(:)

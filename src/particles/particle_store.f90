@@ -6,12 +6,13 @@ module m_particle_store
    public :: particle_store_t
 
    !> Values in a cache line. A capacity is an odd number of lines: with a power of two, the same rows of all
-   !> columns would share their few places in the caches.
+   !> columns would compete for the same cache sets.
    integer, parameter :: line = 8
-   real(wp), parameter, public :: spare_room = 0.125_wp !< what a store that grows has to spare, as a share of
-                                                        !< what it holds
-   integer, parameter, public :: bytes_besides = 16 !< of a particle, besides its columns: id, body, bin
-   integer, parameter :: together = 4  !< columns that are put in order together
+   real(wp), parameter, public :: spare_room = 0.125_wp !< spare room of a store that grows, as a share of its
+                                                        !< contents
+   integer, parameter, public :: bytes_besides = 16 !< of a particle, in addition to its columns: id, body,
+                                                    !< bin
+   integer, parameter :: together = 4  !< columns that are sorted together
    integer, parameter :: stretch = 256 !< particles whose bodies are compared at once
 
    !> `column(p, c)` is component c (see m_field_table) of particle p; only the first `count` particles are
@@ -21,9 +22,9 @@ module m_particle_store
       real(wp), allocatable :: column(:, :)
       integer(i8), allocatable :: id(:)   !< unique over the scene
       integer(i4), allocatable :: body(:) !< number of the body in the scene
-      integer(i8) :: generation = 0 !< rises when particles that are there change, move to another place in
-                                    !< the store or leave; not when one is added: what has been made of some
-                                    !< holds while it is the same
+      integer(i8) :: generation = 0 !< rises when existing particles change, move to another place in the
+                                    !< store or leave, not when one is added: derived data of the first
+                                    !< particles are valid while it is the same
    contains
       procedure :: reserve
       procedure :: append
@@ -74,13 +75,13 @@ contains
       self%body(self%count) = body
    end subroutine append
 
-   !> To be called by whoever has written to the columns, ids or bodies of particles, or has set their number.
+   !> To be called by any procedure that has changed columns, ids or bodies of particles, or their number.
    pure subroutine changed(self)
       class(particle_store_t), intent(inout) :: self
       self%generation = self%generation + 1
    end subroutine changed
 
-   !> Generation and number of the particles: what has been made of all of them holds while both are the same.
+   !> Generation and number of the particles: data derived from all of them are valid while both are the same.
    pure function state(self)
       class(particle_store_t), intent(in) :: self
       integer(i8) :: state(2)
@@ -104,8 +105,8 @@ contains
       end do
    end subroutine remove
 
-   !> Put the first particles into another order: the new p-th is the old order(p)-th. `work` holds at least
-   !> so many values of `together` columns, in which a particle that comes from far is waited for once.
+   !> Permute the first particles: the new p-th is the old order(p)-th. `work` holds at least that many values
+   !> of `together` columns, so that the latency of a distant particle is paid once.
    subroutine permute(self, order, work)
       class(particle_store_t), intent(inout) :: self
       integer(i4), intent(in) :: order(:)
@@ -129,7 +130,7 @@ contains
       self%body(:n) = nint(work(:n, 1), i4)
    end subroutine permute
 
-   !> `together` columns into another order.
+   !> Permute `together` columns.
    pure subroutine permute_columns(column, order, work)
       real(wp), intent(inout), contiguous :: column(:, :)
       integer(i4), intent(in) :: order(:)
@@ -147,7 +148,7 @@ contains
       end do
    end subroutine permute_columns
 
-   !> Ids into another order, their bits by way of the work array: nothing is allocated in a step.
+   !> Permute ids; their bits pass through the work array: nothing is allocated in a step.
    pure subroutine permute_ids(id, order, work)
       integer(i8), intent(inout), contiguous :: id(:)
       integer(i4), intent(in) :: order(:)
@@ -169,7 +170,7 @@ contains
       integer(i4) :: difference
       integer :: begin, last, p
       begin = first
-      do while (begin < self%count) ! in stretches that are vectors, up to the one in which the run ends
+      do while (begin < self%count) ! in vectorised stretches, up to the one in which the run ends
          last = min(begin + stretch, self%count)
          difference = 0
          do p = begin + 1, last

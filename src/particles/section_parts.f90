@@ -1,5 +1,5 @@
-!> Parts of particles, and how those of a section share what the whole has: rings have more where the radius
-!> is larger (theory.md, Sections).
+!> Parts of particles, and how the parts of a particle on a section share its values: rings have more where
+!> the radius is larger (theory.md, Sections).
 module m_section_parts
    use m_kinds, only: wp
    use m_section, only: section_t
@@ -17,14 +17,14 @@ module m_section_parts
 
 contains
 
-   !> Signs of the way from the centre of a particle to that of its octant (0 to 7).
+   !> Signs of the vector from the centre of a particle to that of its octant (0 to 7).
    pure function octant_of(octant) result(signs)
       integer, intent(in) :: octant
       real(wp) :: signs(3)
       signs = real(2*[ibits(octant, 0, 1), ibits(octant, 1, 1), ibits(octant, 2, 1)] - 1, wp)
    end function octant_of
 
-   !> Into which octants a particle is split: into all, or those of a section's plane.
+   !> Octants into which a particle is split: all, or those of a section's plane.
    pure function octants_of(section) result(octants)
       type(section_t), intent(in) :: section
       integer, allocatable :: octants(:)
@@ -35,7 +35,7 @@ contains
       end if
    end function octants_of
 
-   !> The same of a section: halved along the two edges that lie in it.
+   !> The parts of a particle on a section: halved along its two in-plane edges.
    pure subroutine split_in_four(values, layout, shares, parts)
       real(wp), intent(in) :: values(:)
       type(layout_t), intent(in) :: layout
@@ -79,17 +79,17 @@ contains
       end do
    end subroutine split_in_four
 
-   !> Of what a part of a particle has by its area, what it has as a ring: more where the radius is larger
+   !> The share of a part as a ring, relative to its share by area: more where the radius is larger
    !> (theory.md, Sections).
    pure real(wp) function share_of_ring(values, layout, shift) result(share)
       real(wp), intent(in) :: values(:) !< of the whole
       type(layout_t), intent(in) :: layout
-      real(wp), intent(in) :: shift(3)  !< from there to the part, m
+      real(wp), intent(in) :: shift(3)  !< from the whole's centre to the part's, m
       share = 1.0_wp
       if (layout%section%is_round()) share = 1.0_wp + shift(1)/values(layout%position)
    end function share_of_ring
 
-   !> The way to a part, not so far that it would be on the axis or beyond.
+   !> The vector to a part, shortened so that the part does not lie on the axis or beyond.
    pure function beside_axis(values, layout, shift) result(way)
       real(wp), intent(in) :: values(:) !< of the whole
       type(layout_t), intent(in) :: layout
@@ -100,8 +100,8 @@ contains
          way = shift*farthest_inward*values(layout%position)/abs(shift(1))
    end function beside_axis
 
-   !> Where a part of a particle began: in the whole's domain as it was then, which lay along the axes. Where
-   !> domains do not follow the material, as far from the whole as now.
+   !> Initial position of a part of a particle: in the whole's initial domain, which lay along the axes. Where
+   !> domains do not follow the deformation, as far from the whole as now.
    pure subroutine share_start(part, whole, layout, place, shift)
       real(wp), intent(inout) :: part(:)     !< its columns
       real(wp), intent(in) :: whole(:)       !< those of the whole
@@ -127,14 +127,14 @@ contains
       columns = [((shares%faces(1, f) + c, shares%faces(2, f) + c, c=0, 2), f=1, size(shares%faces, 2))]
    end function carried
 
-   !> What of the faces that a particle carries goes with one of its halves. Along edge k the middle of a face
-   !> is at s r_k from the centre, and the face reaches from there to the nearer end of the domain and as far
-   !> the other way: a face at an end goes to that half alone, one that lies along the edge is shared.
+   !> Share the faces that a particle carries with one of its halves. Along edge k the middle of a face is at
+   !> s r_k from the centre, and the face reaches from there to the nearer end of the domain and as far the
+   !> other way: a face at an end belongs to that half alone, one that lies along the edge is shared.
    pure subroutine share_faces(values, shares, layout, radius, r, k, side)
       real(wp), intent(inout) :: values(:) !< columns of the half, with area and arm of the whole
       type(shares_t), intent(in) :: shares
       type(layout_t), intent(in) :: layout
-      real(wp), intent(in) :: radius       !< of the whole's centre, where that is a ring, m
+      real(wp), intent(in) :: radius       !< radius of the whole's centre, for rings, m
       real(wp), intent(in) :: r(3, 3)      !< half edges of the whole, columns, m
       integer, intent(in) :: k             !< the edge that is halved
       real(wp), intent(in) :: side         !< -1 lower half, 1 upper
@@ -159,7 +159,7 @@ contains
             end if
             values(a:a + 2) = share*area
             values(b:b + 2) = arm + (0.5_wp*side*(from + to) - s - 0.5_wp*side)*r(:, k)
-            if (layout%section%is_round()) & ! the ring of its own middle
+            if (layout%section%is_round()) & ! the ring at its own middle
                values(a:a + 2) = values(a:a + 2)*(radius + arm(1) + (0.5_wp*side*(from + to) - s)*r(1, k)) &
                                  /(radius + arm(1))
             if (.not. share > 0.0_wp) values(b:b + 2) = 0.0_wp

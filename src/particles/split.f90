@@ -15,27 +15,27 @@ module m_split
    public :: stuff_t, split_long, split_in_eight, octants_of, must_split, edges_to_split, is_whole, &
              largest_tension, octant_of, child_id, longest
 
-   !> Longest half edge, in cells. One particle a cell begins with 0.5: a body hardly strained is not to be
+   !> Longest half edge, in cells. One particle a cell begins with 0.5: a slightly strained body must not be
    !> split.
    real(wp), parameter :: longest = 0.525_wp
 
-   ! Under tension nodes must see more of the motion within a cell (theory.md, eq. pulled).
-   real(wp), parameter :: longest_pulled = 0.35_wp !< half edge of a particle that bears tension, in cells;
-                                                   !< shorter where the tension comes near the modulus of a
-                                                   !< wave:
-   real(wp), parameter :: longest_at_modulus = 0.28_wp !< where it is the modulus, and inversely to it,
-   real(wp), parameter :: shortest_pulled = 0.2_wp  !< but never asked to be shorter than this
-   real(wp), parameter :: longest_whole = 0.505_wp !< while one particle is all of a cell: the edge that bears
-                                                   !< the tension,
-   real(wp), parameter :: longest_box = 0.50005_wp  !< and the same of a box along the axes
+   ! Under tension nodes must resolve more of the motion within a cell (theory.md, eq. pulled).
+   real(wp), parameter :: longest_pulled = 0.35_wp !< half edge of a particle under tension, in cells; shorter
+                                                   !< where the tension approaches the plane-wave modulus:
+   real(wp), parameter :: longest_at_modulus = 0.28_wp !< this where it equals the modulus, and inversely
+                                                       !< proportional to it,
+   real(wp), parameter :: shortest_pulled = 0.2_wp  !< but never shorter than this
+   real(wp), parameter :: longest_whole = 0.505_wp !< for one particle that fills a cell: limit of the edge
+                                                   !< under tension,
+   real(wp), parameter :: longest_box = 0.50005_wp  !< and the same for a box along the axes
    real(wp), parameter :: whole = 0.75_wp !< a particle with more than this of the mass of a cell was never
                                           !< split
-   real(wp), parameter :: min_tension = 0.01_wp !< of the modulus, that asks for short edges of the others:
-                                                  !< not that of metals
-   real(wp), parameter :: pulls = 0.1_wp !< a normal stress of so much of the largest component counts as
-                                         !< tension
+   real(wp), parameter :: min_tension = 0.01_wp !< of the modulus: smaller tensions do not shorten the limit,
+                                                !< which spares metals
+   real(wp), parameter :: pulls = 0.1_wp !< a normal stress of at least this share of the largest component
+                                         !< counts as tension
 
-   !> What splitting asks of the material of a body.
+   !> Material data of a body that splitting needs.
    type :: stuff_t
       real(wp) :: density = 0.0_wp !< undeformed, kg/m3
       real(wp) :: modulus = 0.0_wp !< of a plane wave, Pa
@@ -44,18 +44,18 @@ module m_split
 contains
 
    !> Split the particles of a block whose half edges are too long (theory.md, eqs too-long, pulled), each
-   !> across all of these, in the order of storage. The lower part keeps place and id, the others are
-   !> appended. `worn_out`: a particle that has been split too often to be split again, 0 if there is none.
+   !> across all of these, in storage order. The lower part keeps position and id, the others are appended.
+   !> `worn_out`: a particle that has reached the limit of splits and is too long, 0 if there is none.
    subroutine split_long(block, table, layout, cell, stuff, splits, worn_out, parent)
       type(block_t), intent(inout) :: block
       type(field_table_t), intent(in) :: table
       type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: cell          !< m
-      type(stuff_t), intent(in) :: stuff(:) !< of the bodies
-      integer, intent(out) :: splits        !< particles made
+      type(stuff_t), intent(in) :: stuff(:) !< by body
+      integer, intent(out) :: splits        !< particles added
       integer, intent(out) :: worn_out
-      integer, allocatable, intent(out), optional :: parent(:) !< of which particles those that are new were
-                                                               !< part
+      integer, allocatable, intent(out), optional :: parent(:) !< for each new particle, the one it was part
+                                                               !< of
       type(shares_t) :: shares
       logical :: across(3)
       integer :: suspect(block%particles%count) !< 0 where nothing is too long
@@ -98,8 +98,8 @@ contains
       call block%cells%outdate()
    end subroutine split_long
 
-   !> Among which particles those are that must be split, in vectors: all others are short enough whatever
-   !> their stress, or no component of it can bear the tension that would split the longest edge.
+   !> Find, in vectors, the particles that may have to be split: all others are short enough at any stress, or
+   !> have no stress component large enough to split the longest edge.
    pure subroutine find_suspects(n, column, layout, cell, modulus, suspect)
       integer, intent(in) :: n
       real(wp), intent(in), contiguous :: column(:, :)
@@ -107,7 +107,7 @@ contains
       real(wp), intent(in) :: cell     !< m
       real(wp), intent(in) :: modulus  !< least of all bodies, Pa
       integer, intent(out) :: suspect(n)
-      real(wp), parameter :: less = 1.0_wp - 1.0e-9_wp !< rounding does not count
+      real(wp), parameter :: less = 1.0_wp - 1.0e-9_wp !< guards against round-off
       real(wp) :: length(n), stress, least, pulls_at
       integer :: p
       least = less*(min_tension*modulus)**2
@@ -126,8 +126,8 @@ contains
       end associate
    end subroutine find_suspects
 
-   !> Across which of its half edges a particle must be split: the longest, if it is too long for the weights;
-   !> under tension, all that are too long for that.
+   !> The half edges across which a particle must be split: the longest, if it is too long for the weights;
+   !> under tension, all that are too long for the tension.
    pure function edges_to_split(column, p, layout, cell, stuff) result(across)
       real(wp), intent(in), contiguous :: column(:, :) !< (particles, columns)
       integer, intent(in) :: p
@@ -138,8 +138,8 @@ contains
       real(wp) :: squares(3), tension, limit
       across = .false.
       squares = lengths_squared(column, p, layout)
-      if (layout%section%is_flat()) squares(2) = 0.0_wp ! the edge across a section is no length
-      if (.not. maxval(squares) > (shortest_pulled*cell)**2) return ! also where a length is not a number
+      if (layout%section%is_flat()) squares(2) = 0.0_wp ! the edge normal to a section does not count
+      if (.not. maxval(squares) > (shortest_pulled*cell)**2) return ! also if a length is NaN
       if (is_whole(column(p, :), layout, cell, stuff)) then
          limit = cell*merge(longest_whole, longest_box, layout%domain > 0)
          if (maxval(squares) > limit**2) then
@@ -156,7 +156,7 @@ contains
       if (maxval(squares) > (longest*cell)**2) across(maxloc(squares, dim=1)) = .true.
    end function edges_to_split
 
-   !> True for a particle that is all of a cell.
+   !> True for a particle that fills a cell.
    pure logical function is_whole(values, layout, cell, stuff)
       real(wp), intent(in) :: values(:)  !< the particle's columns
       type(layout_t), intent(in) :: layout
@@ -194,14 +194,14 @@ contains
       end do
    end function largest_tension
 
-   !> True when a particle that goes to a finer level, or lives there, must be split into eight: its centre is
-   !> inside and it is larger than the particles of that level, or it is too large for the weights there
+   !> True when a particle that moves to a finer level, or lives there, must be split into eight: its centre
+   !> is inside and it is larger than the particles of that level, or it is too large for the weights there
    !> (theory.md, eq. level-split).
    pure logical function must_split(grid, region, number, refinement, x, half)
       type(grid_level_t), intent(in) :: grid
       type(region_t), intent(in) :: region
       integer, intent(in) :: number     !< of the level, from 1
-      integer, intent(in) :: refinement !< how often the particle has been split into eight
+      integer, intent(in) :: refinement !< number of splits into eight of the particle
       real(wp), intent(in) :: x(3)      !< its centre, m
       real(wp), intent(in) :: half      !< its longest half edge, m
       must_split = half > longest*grid%cell
@@ -221,14 +221,14 @@ contains
       end do
    end function child_id
 
-   !> The columns of the eight parts of a particle: halved along all its edges. With the velocity gradient
-   !> each has the velocity of its own centre. The bits of its id that tell the parts apart are those of
+   !> The columns of the eight parts of a particle, halved along all its edges. With the velocity gradient
+   !> each part has the velocity at its own centre. The bits of its id that distinguish the parts are those of
    !> `generation` to `generation` + 2.
    pure subroutine split_in_eight(values, layout, shares, parts)
       real(wp), intent(in) :: values(:)
       type(layout_t), intent(in) :: layout
       type(shares_t), intent(in) :: shares
-      real(wp), intent(out) :: parts(:, 0:) !< (columns, 0:7); of a section those that are not there are 0
+      real(wp), intent(out) :: parts(:, 0:) !< (columns, 0:7); absent parts, on a section, are 0
       real(wp) :: r(3, 3), shift(3), l(3, 3), side(3)
       integer :: octant, k
       if (layout%section%is_flat()) then
@@ -277,7 +277,7 @@ contains
       end do
    end subroutine split_across
 
-   !> Split particle p across half edge k. With the velocity gradient L each half has the velocity of its own
+   !> Split particle p across half edge k. With the velocity gradient L each half has the velocity at its own
    !> centre.
    subroutine halve(particles, p, k, layout, shares)
       type(particle_store_t), intent(inout) :: particles
@@ -308,7 +308,7 @@ contains
       where (shares%extensive) values = low*values
       call set_half_edge(values, layout, k, shift)
       values(layout%generation) = generation + 1
-      values(carried(shares)) = upper(carried(shares)) ! as they were: each half takes its own part
+      values(carried(shares)) = upper(carried(shares)) ! the unshared values: each half takes its own part
       upper = values
       if (layout%section%is_round()) then
          where (shares%extensive) upper = (1.0_wp - low)/low*upper

@@ -5,18 +5,18 @@ module m_surface_fields
    private
    public :: max_elements, area_name, arm_name
 
-   integer, parameter :: max_elements = 6 !< of a particle: one a side
+   integer, parameter :: max_elements = 6 !< per particle: one a side
 
 contains
 
-   !> Of the area of an element and its normal, m2.
+   !> Name of the field of an element's area and normal, m2.
    pure function area_name(e) result(name)
       integer, intent(in) :: e !< number of the element
       character(len=:), allocatable :: name
       name = 'surface_area_'//to_text(e)
    end function area_name
 
-   !> Of the arm from the particle to the middle of an element, m.
+   !> Name of the field of the arm from the particle to the middle of an element, m.
    pure function arm_name(e) result(name)
       integer, intent(in) :: e !< number of the element
       character(len=:), allocatable :: name

@@ -1,5 +1,5 @@
-!> Particles that would lie beyond a side of the grid which holds the material, parts of split ones or such as
-!> were pushed there: a domain may reach over it, a centre may not (theory.md, Splitting).
+!> Particles beyond a side of the grid that the material cannot pass (parts of split particles, or particles
+!> pushed there): a domain may reach over the side, a centre may not (theory.md, Splitting).
 module m_walls
    use m_kinds, only: wp
    use m_side_kinds, only: side_kinds
@@ -11,9 +11,9 @@ module m_walls
 
 contains
 
-   !> A particle beyond a side that is not free gives way to its mirror image: at a symmetry side both are the
-   !> same material. Components that mirrors turn round are those of place, velocity and its gradient, stress,
-   !> deformation, domain and carried faces; what laws carry beside these is nearly even there.
+   !> Replace a particle beyond a closed side by its mirror image: at a symmetry side both are the same
+   !> material. The mirror reverses components of position, velocity and its gradient, stress, deformation,
+   !> domain and carried faces; other state of laws is nearly even there.
    pure subroutine keep_inside(values, layout, shares, grid)
       real(wp), intent(inout) :: values(:) !< columns of one particle
       type(layout_t), intent(in) :: layout
@@ -35,7 +35,7 @@ contains
          if (layout%start > 0) values(layout%start + axis - 1) = 2.0_wp*side - values(layout%start + axis - 1)
          if (layout%motion > 0) call turn_tensor(values(layout%motion:layout%motion + 8), axis)
          call turn(values(layout%velocity:layout%velocity + 2), axis)
-         ! and the edge along the axis itself: a domain is the same both ways
+         ! the edge along the axis is reversed too: a domain is symmetric
          if (layout%domain > 0) call turn_tensor(values(layout%domain:layout%domain + 8), axis)
          if (layout%gradient > 0) call turn_tensor(values(layout%gradient:layout%gradient + 8), axis)
          if (layout%deformation > 0) call turn_tensor(values(layout%deformation:layout%deformation + 8), axis)
@@ -59,7 +59,7 @@ contains
       vector(axis) = -vector(axis)
    end subroutine turn
 
-   !> Components with the axis once.
+   !> Reverse the components that have the axis once.
    pure subroutine turn_tensor(tensor, axis)
       real(wp), intent(inout) :: tensor(3, 3)
       integer, intent(in) :: axis
