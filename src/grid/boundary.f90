@@ -1,10 +1,10 @@
 !> Conditions on the six sides of the grid, applied to node tiles (theory.md, eq. boundary).
 !>
-!> symmetry  the body goes on beyond the plane as its mirror image: what particles give to the node row
-!> outside is what the image gives to the row inside, mirrored. A half model so gives what the full model
-!> gives.
+!> symmetry  the body continues beyond the plane as its mirror image: the contributions of particles to the
+!> node row outside are, mirrored, those of the image to the row inside. So a half model gives the result of
+!> the full one.
 !> roller    nodes on the plane and outside do not move along its normal.
-!> fixed     they do not move at all.
+!> fixed     these nodes do not move at all.
 module m_boundary
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -16,10 +16,10 @@ module m_boundary
              motion_parity, stress_parity
 
    integer, parameter :: last = block_size + 1 ! tiles run from 0 to here
-   integer, parameter :: first_vector = 2, second_vector = 5 !< places of the two vectors of a node (momentum,
-                                                             !< force)
-   !> What a mirror image across each axis does to the values of a node: mass, momentum, force, spare (and so
-   !> volume, volume times place); and volume, the six components of volume times stress, spare.
+   integer, parameter :: first_vector = 2, second_vector = 5 !< index of the first component of the two
+                                                             !< vectors of a node (momentum, force)
+   !> Parity of node values under reflection in each axis: mass, momentum, force, spare (and so volume, volume
+   !> times position); and volume, the six components of volume times stress, spare.
    real(wp), parameter :: motion_parity(8, 3) = &
       reshape([1, -1, 1, 1, -1, 1, 1, 1, 1, 1, -1, 1, 1, -1, 1, 1, 1, 1, 1, -1, 1, 1, -1, 1], [8, 3])
    real(wp), parameter :: stress_parity(8, 3) = &
@@ -27,7 +27,8 @@ module m_boundary
 
 contains
 
-   !> Before the sum over blocks: move what stands outside a symmetry plane to its mirror node inside.
+   !> Before the sum over blocks: add the values of nodes outside a symmetry plane to their mirror nodes
+   !> inside.
    pure subroutine fold_symmetry(grid, place, tile, parity)
       type(grid_level_t), intent(in) :: grid
       integer, intent(in) :: place(3)
@@ -52,8 +53,8 @@ contains
       end do
    end subroutine fold_symmetry
 
-   !> After the nodes are solved: hold what is held, and give the row outside a symmetry plane the mirror of
-   !> the row inside.
+   !> After the nodal solve: fix the constrained components, and set the row outside a symmetry plane to the
+   !> mirror of the row inside.
    pure subroutine apply_boundary(grid, place, tile)
       type(grid_level_t), intent(in) :: grid
       integer, intent(in) :: place(3)
@@ -124,7 +125,7 @@ contains
       end do
    end subroutine mirror_means
 
-   !> Which (u, v) of `row_node` there are: of a section's tile one row along y.
+   !> Range of (u, v) in `row_node`: for a section's tile one row along y.
    pure integer function first_u(grid, axis)
       type(grid_level_t), intent(in) :: grid
       integer, intent(in) :: axis
@@ -166,7 +167,7 @@ contains
       end select
    end function row_node
 
-   !> Hold one node: along the axis, or wholly where the side is fixed.
+   !> Fix a node: along the axis, or in all components where the side is fixed.
    pure subroutine hold(boundary, axis, values)
       integer, intent(in) :: boundary, axis
       real(wp), intent(inout) :: values(:)
@@ -179,8 +180,8 @@ contains
       end if
    end subroutine hold
 
-   !> Place along an axis (index in the whole grid) of the node that stands for a node: its mirror image
-   !> inside where that is outside a symmetry plane, else itself.
+   !> Index along an axis (in the whole grid) of the node that represents a node: its mirror image inside
+   !> where the node is outside a symmetry plane, else itself.
    pure integer function inside(grid, axis, node)
       type(grid_level_t), intent(in) :: grid
       integer, intent(in) :: axis, node
@@ -191,14 +192,14 @@ contains
       if (node > cells .and. side_kinds(grid%boundary(2, axis))%mirrors) inside = 2*cells - node
    end function inside
 
-   !> Which components of a node (indices in the whole grid) are held.
+   !> The fixed components of a node (indices in the whole grid).
    pure function held_components(grid, node) result(held)
       type(grid_level_t), intent(in) :: grid
       integer, intent(in) :: node(3)
       logical :: held(3)
       integer :: axis, side, plane
       held = .false.
-      held(2) = grid%section%is_flat() ! nothing moves across a section
+      held(2) = grid%section%is_flat() ! no motion across a section
       do axis = 1, 3
          do side = 1, 2
             plane = merge(0, grid%cells(axis), side == 1)

@@ -1,10 +1,10 @@
 !> One uniform grid: cubic cells, nodes at their corners, nodes grouped into blocks.
 !>
-!> Node (i,j,k), counted from 0, stands at lower + (i,j,k) cell. A particle belongs to the bin of its nearest
-!> node, so that it touches the 27 nodes around that one. Block (a,b,c) holds the nodes and bins 8a..8a+7,
-!> 8b..8b+7, 8c..8c+7.
+!> Node (i,j,k), counted from 0, is at lower + (i,j,k) cell. A particle belongs to the bin of its nearest
+!> node, so its weights are nonzero on the 27 nodes around that one only. Block (a,b,c) holds the nodes and
+!> bins 8a..8a+7, 8b..8b+7, 8c..8c+7.
 !>
-!> Bodies that touch only by contact have velocity fields of their own: each field has its own blocks at the
+!> Bodies that interact only by contact have separate velocity fields: each field has its own blocks at the
 !> same places.
 module m_grid_level
    use m_kinds, only: wp
@@ -18,7 +18,7 @@ module m_grid_level
    public :: grid_level_t, make_grid_level
 
    type :: grid_level_t
-      real(wp) :: lower(3)        !< place of node (0,0,0), m
+      real(wp) :: lower(3)        !< position of node (0,0,0), m
       real(wp) :: upper(3)        !< m
       real(wp) :: cell            !< cell size, m
       real(wp) :: per_cell        !< 1/cell, 1/m
@@ -26,8 +26,9 @@ module m_grid_level
       integer :: blocks(3)        !< blocks along each axis, numbered from 0
       integer :: fields = 1       !< velocity fields, numbered from 1
       integer :: boundary(2, 3)   !< condition on the lower and upper side of each axis
-      type(section_t) :: section  !< that the scene is given by: nothing moves along y, no side acts there
-      integer :: rows(2) = [0, tile_last] !< first and last place along y in a node tile that anything reaches
+      type(section_t) :: section  !< section of the scene: no motion along y, no boundary conditions on the
+                                  !< sides there
+      integer :: rows(2) = [0, tile_last] !< first and last index along y in a node tile that is in use
    contains
       procedure :: nearest_node
       procedure :: block_of
@@ -41,11 +42,11 @@ module m_grid_level
 
 contains
 
-   !> The grid that a scene asks for, or one of the finer ones over it: level 1 is the scene's, each next one
-   !> has cells half as large.
+   !> The grid of a scene, or one of the finer ones over it: level 1 is the scene's, each further one has
+   !> cells half as large.
    pure function make_grid_level(spec, level) result(grid)
       type(grid_spec_t), intent(in) :: spec
-      integer, intent(in), optional :: level !< 1 where it is not given
+      integer, intent(in), optional :: level !< 1 if absent
       type(grid_level_t) :: grid
       integer :: refinement
       refinement = 1
@@ -63,7 +64,7 @@ contains
       grid%rows = plane_row
    end function make_grid_level
 
-   !> Index of the node nearest to a place; the place must be finite and near the grid.
+   !> Index of the node nearest to a position, which must be finite and near the grid.
    pure function nearest_node(self, position) result(node)
       class(grid_level_t), intent(in) :: self
       real(wp), intent(in) :: position(3) !< m
@@ -71,7 +72,8 @@ contains
       node = floor((position - self%lower)*self%per_cell + 0.5_wp)
    end function nearest_node
 
-   !> Place of the block whose bins hold a place in space; on or beyond the sides of the grid the nearest one.
+   !> Coordinates of the block whose bins contain a position; on or beyond the sides of the grid the nearest
+   !> block.
    pure function block_of(self, position) result(place)
       class(grid_level_t), intent(in) :: self
       real(wp), intent(in) :: position(3) !< m
@@ -79,7 +81,7 @@ contains
       place = min(max(self%nearest_node(position), 0)/block_size, self%blocks - 1)
    end function block_of
 
-   !> Place (m) of the first node of a block.
+   !> Position (m) of the first node of a block.
    pure function block_origin(self, place) result(origin)
       class(grid_level_t), intent(in) :: self
       integer, intent(in) :: place(3)
@@ -87,13 +89,13 @@ contains
       origin = self%lower + real(block_size*place, wp)*self%cell
    end function block_origin
 
-   !> Number of the places for blocks, of all fields.
+   !> Number of blocks that the level can have, of all fields.
    pure integer function block_count(self)
       class(grid_level_t), intent(in) :: self
       block_count = product(self%blocks)*self%fields
    end function block_count
 
-   !> Number of a block, from 1, x running fastest, field by field: the order in which sums over blocks run.
+   !> Number of a block, from 1, x running fastest, field by field: sums over blocks run in this order.
    pure integer function block_index(self, place, field)
       class(grid_level_t), intent(in) :: self
       integer, intent(in) :: place(3), field
@@ -101,7 +103,7 @@ contains
          + self%blocks(3)*(field - 1)))
    end function block_index
 
-   !> Where the block with a number is.
+   !> Coordinates of the block with a number.
    pure function block_place(self, index) result(place)
       class(grid_level_t), intent(in) :: self
       integer, intent(in) :: index

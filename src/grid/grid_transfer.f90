@@ -1,18 +1,19 @@
-!> Grids of which each has every other node of the one before, and values on their way between two of them:
-!> hats of the coarser grid, and what they gather.
+!> Nested grids, each with every other node of the one before, and restriction and prolongation between two of
+!> them by hat functions of the coarser grid.
 module m_grid_transfer
    use m_kinds, only: wp
    implicit none
    private
    public :: lattice_t, restrict_to, prolong_from
 
-   !> A box of nodes, x fastest, once for each velocity field; its nodes stand among those of all grids.
+   !> A box of nodes, x fastest, once for each velocity field. Its nodes are numbered among those of all
+   !> grids.
    type :: lattice_t
       integer :: low(3) = 0, count(3) = 0
       integer :: fields = 1
-      integer :: first = 1, last = 0 !< of its nodes
-      integer :: from = 1, to = 0    !< of its values, three a node
-      logical :: halves(3) = .true. !< the next grid has every other node along the axis; else as many
+      integer :: first = 1, last = 0 !< numbers of its nodes
+      integer :: from = 1, to = 0    !< positions of its values, three a node
+      logical :: halves(3) = .true. !< the next grid has every other node along the axis; if false all of them
    contains
       procedure :: fit
       procedure :: place
@@ -22,8 +23,8 @@ module m_grid_transfer
 
 contains
 
-   !> The box from its lowest nodes and minus its highest; `nodes` of other grids come before. A box of
-   !> nothing has a node.
+   !> Set the box from its lowest nodes and minus its highest; `nodes` is the number of nodes of other grids
+   !> before it. An empty box has one node.
    pure subroutine fit(self, box, fields, halves, nodes)
       class(lattice_t), intent(inout) :: self
       integer, intent(in) :: box(6), fields
@@ -53,7 +54,7 @@ contains
       end associate
    end function place
 
-   !> The way back.
+   !> The inverse of `place`.
    pure function node(self, number)
       class(lattice_t), intent(in) :: self
       integer, intent(in) :: number
@@ -63,7 +64,7 @@ contains
       end associate
    end function node
 
-   !> First values become 1 where they are of every other node of the finer grid.
+   !> Set the first value of a node to 1 where it is positive at the same node of the finer grid.
    pure subroutine take_even(self, finer, values)
       class(lattice_t), intent(in) :: self
       type(lattice_t), intent(in) :: finer
@@ -78,8 +79,8 @@ contains
       end do
    end subroutine take_even
 
-   !> Add the finer grid's values to those of the coarser: all of a node that both have, the share `beside` of
-   !> one beside it.
+   !> Add the finer grid's values to those of the coarser: the full value where a node is in both, the share
+   !> `beside` of a neighbour's.
    subroutine restrict_to(coarser, finer, beside, from, to)
       type(lattice_t), intent(in) :: coarser, finer
       real(wp), intent(in) :: beside

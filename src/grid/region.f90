@@ -1,8 +1,8 @@
-!> What a nested level refines: a set of cells of the level above, of any form (theory.md, Levels).
+!> The region of a nested level: a set of cells of the level above, of any shape (theory.md, Levels).
 !>
-!> A cell on a side of the grid goes on beyond it: there is no edge. Where the cells fill the box around them
-!> the sides of that box answer every question; else how many cells a box holds, which takes eight look-ups
-!> whatever its size.
+!> A cell on a side of the grid is extended beyond it: the region has no edge there. Where the cells fill
+!> their bounding box, queries use the sides of that box; else the number of cells of the region in a box,
+!> which takes eight look-ups for any size.
 module m_region
    use m_kinds, only: wp, i8
    use m_grid_level, only: grid_level_t
@@ -10,21 +10,21 @@ module m_region
    private
    public :: region_t, make_region, unpack_region
 
-   real(wp), parameter :: entry_margin = 0.25_wp !< what comes so near to a region, in its cells, reaches in:
-                                                 !< a lattice that ends at an edge is not to change level with
-                                                 !< the first movement, or by rounding
+   real(wp), parameter :: entry_margin = 0.25_wp !< distance, in its cells, at which a box counts as reaching
+                                                 !< in: a lattice that ends at an edge must not change level
+                                                 !< with the first motion, or by round-off
 
    type :: region_t
       private
       type(grid_level_t) :: grid           !< the level's
-      integer :: low(3) = 0, high(3) = 0   !< sides of the box around the cells, in nodes of that grid
-      real(wp) :: lower(3) = -huge(1.0_wp) !< the same, m; far away where the box reaches a side of the grid
+      integer :: low(3) = 0, high(3) = 0   !< sides of the bounding box of the cells, in nodes of that grid
+      real(wp) :: lower(3) = -huge(1.0_wp) !< the same, m; -huge where the box reaches a side of the grid
       real(wp) :: upper(3) = huge(1.0_wp)  !< m
-      integer :: first(3) = -huge(1)       !< nodes that are strictly inside that box: first to last
+      integer :: first(3) = -huge(1)       !< nodes strictly inside that box: first to last
       integer :: last(3) = huge(1)
-      real(wp) :: near = 0.0_wp            !< what comes nearer reaches in, m
-      integer, allocatable :: below(:, :, :) !< where the box has gaps: cells of the region among its first i,
-                                             !< j, k cells
+      real(wp) :: near = 0.0_wp            !< entry_margin in m
+      integer, allocatable :: below(:, :, :) !< where the box has gaps: number of cells of the region among
+                                             !< its first i, j, k cells
    contains
       procedure :: overlaps
       procedure :: holds
@@ -70,7 +70,7 @@ contains
       end do
    end function region_of_box
 
-   !> The region of the chosen ones among the cells of the level above that begin at a node of a level's grid.
+   !> The region of the chosen cells of the level above; `chosen` begins at a node of the level's grid.
    pure type(region_t) function region_of_cells(grid, low, chosen) result(region)
       type(grid_level_t), intent(in) :: grid
       integer, intent(in) :: low(3) !< even
@@ -109,14 +109,14 @@ contains
       overlaps = count_of(self, first, last) > 0
    end function overlaps
 
-   !> True when a place lies inside, not on an edge.
+   !> True when a position lies inside, not on an edge.
    pure logical function holds(self, place)
       class(region_t), intent(in) :: self
       real(wp), intent(in) :: place(3) !< m
       integer :: first(3), last(3)
       holds = all(place > self%lower .and. place < self%upper)
       if (.not. (holds .and. allocated(self%below))) return
-      ! all cells that touch it
+      ! all cells that touch the position
       call cells_near(self, nearest(place, -1.0_wp), nearest(place, 1.0_wp), 0.0_wp, first, last)
       holds = all_of(self, first, last)
    end function holds
@@ -129,20 +129,20 @@ contains
       is_inner = .not. any_outer(self, node, node)
    end function is_inner
 
-   !> True when some node among those from first to last, along each axis, is no unknown of the level.
+   !> True when a node in the range first to last, along each axis, is no unknown of the level.
    pure logical function any_outer(self, first, last)
       class(region_t), intent(in) :: self
       integer, intent(in) :: first(3), last(3)
       any_outer = .not. all(first >= self%first .and. last <= self%last)
       if (any_outer .or. .not. allocated(self%below)) return
-      ! all cells that touch them
+      ! all cells that touch the nodes
       any_outer = .not. all_of(self, in_grid(self, (first - 1)/2), in_grid(self, last/2))
    end function any_outer
 
-   !> True when no place of a box is less than `width` away from an edge.
+   !> True when no point of a box is less than `width` away from an edge.
    pure logical function clear_of_edge(self, low, high, width)
       class(region_t), intent(in) :: self
-      real(wp), intent(in) :: low(3), high(3), width !< m; a width above 0
+      real(wp), intent(in) :: low(3), high(3), width !< m; width must be above 0
       integer :: first(3), last(3)
       clear_of_edge = any(high <= self%lower - width .or. low >= self%upper + width)
       if (clear_of_edge) return
@@ -155,7 +155,7 @@ contains
    !> True when a box lies inside, at least `width` away from all edges.
    pure logical function holds_box(self, low, high, width)
       class(region_t), intent(in) :: self
-      real(wp), intent(in) :: low(3), high(3), width !< m; a width above 0
+      real(wp), intent(in) :: low(3), high(3), width !< m; width must be above 0
       integer :: first(3), last(3)
       holds_box = all(low >= self%lower + width .and. high <= self%upper - width)
       if (.not. (holds_box .and. allocated(self%below))) return
@@ -164,7 +164,7 @@ contains
    end function holds_box
 
    !> True when all cells of the level above from first to last along each axis belong to the region. A cell
-   !> beyond a side of the grid is as the one on that side.
+   !> beyond a side of the grid counts as the one on that side.
    pure logical function has_all(self, first, last)
       class(region_t), intent(in) :: self
       integer, intent(in) :: first(3), last(3)
@@ -175,7 +175,7 @@ contains
       if (has_all .and. allocated(self%below)) has_all = all_of(self, a, z)
    end function has_all
 
-   !> True when some of these cells do.
+   !> True when at least one of these cells does.
    pure logical function has_some(self, first, last)
       class(region_t), intent(in) :: self
       integer, intent(in) :: first(3), last(3)
@@ -186,7 +186,7 @@ contains
       if (has_some .and. allocated(self%below)) has_some = count_of(self, a, z) > 0
    end function has_some
 
-   !> Cut a box to what is less than `margin` away from the box around the region.
+   !> Clip a box to the points less than `margin` away from the bounding box of the region.
    pure subroutine clip(self, margin, low, high)
       class(region_t), intent(in) :: self
       real(wp), intent(in) :: margin                !< m
@@ -204,8 +204,8 @@ contains
       if (same_as .and. allocated(self%below)) same_as = all(self%below == other%below)
    end function same_as
 
-   !> The same region at another place, as far as it is in the grid. What goes on beyond a side of the grid
-   !> does so before it moves.
+   !> The region shifted, clipped to the grid. An extension beyond a side of the grid is applied before the
+   !> shift.
    pure type(region_t) function shifted(self, shift) result(region)
       class(region_t), intent(in) :: self
       integer, intent(in) :: shift(3) !< in nodes of the level's grid; even
@@ -231,7 +231,7 @@ contains
       region = region_of_cells(self%grid, low, chosen)
    end function shifted
 
-   !> How many cells of the level it has; of a section those of its plane.
+   !> Number of the level's cells in the region; for a section those of its plane.
    pure integer(i8) function cells(self)
       class(region_t), intent(in) :: self
       cells = product(int(self%high - self%low, i8))
@@ -239,7 +239,7 @@ contains
       if (self%grid%section%is_flat()) cells = cells/self%grid%cells(2)
    end function cells
 
-   !> The sides of the box around it, in nodes of the level's grid.
+   !> The sides of its bounding box, in nodes of the level's grid.
    pure subroutine node_box(self, low, high)
       class(region_t), intent(in) :: self
       integer, intent(out) :: low(3), high(3)
@@ -247,7 +247,7 @@ contains
       high = self%high
    end subroutine node_box
 
-   !> The corners of the box around it, m.
+   !> The corners of its bounding box, m.
    pure subroutine bounding_box(self, lower, upper)
       class(region_t), intent(in) :: self
       real(wp), intent(out) :: lower(3), upper(3)
@@ -255,7 +255,7 @@ contains
       upper = place_of(self, self%high)
    end subroutine bounding_box
 
-   !> The straight lines that its surface is bent along, by their ends, m: (3, 2, lines).
+   !> The straight edges of its surface, by their end points, m: (3, 2, lines).
    pure function outline(self) result(ends)
       class(region_t), intent(in) :: self
       real(wp), allocatable :: ends(:, :, :)
@@ -291,8 +291,8 @@ contains
          if (pass == 1) allocate (ends(3, 2, n))
       end do
    contains
-      !> True when the surface is bent along the edge, in direction `axis` from a corner, that four cells
-      !> share.
+      !> True when the cell edge in direction `axis` from a corner, shared by four cells, is an edge of the
+      !> surface.
       pure logical function bent(at, axis, u, v)
          integer, intent(in) :: at(3), axis, u, v
          logical :: here(4)
@@ -309,7 +309,7 @@ contains
       end function bent
    end function outline
 
-   !> As numbers, from which unpack_region makes it: its box, how many numbers follow, and where the box has
+   !> The region as numbers for unpack_region: its box, the number of further numbers, and where the box has
    !> gaps a 1 or a 0 for each of its cells, x fastest.
    pure function packed(self) result(numbers)
       class(region_t), intent(in) :: self
@@ -323,8 +323,8 @@ contains
       end associate
    end function packed
 
-   !> The region of a level that some numbers among others stand for. `next` goes from its first number to
-   !> that behind it; `good` is false where they are no region of this grid.
+   !> Read a region of a level from a list of numbers. `next` advances from its first number to the one behind
+   !> its last; `good` is false if they describe no region of this grid.
    pure subroutine unpack_region(grid, numbers, next, region, good)
       type(grid_level_t), intent(in) :: grid
       integer(i8), intent(in) :: numbers(:)
@@ -349,7 +349,7 @@ contains
       good = region%cells() > 0
    end subroutine unpack_region
 
-   !> The place of a node, m.
+   !> The position of a node, m.
    pure function place_of(self, node) result(place)
       class(region_t), intent(in) :: self
       integer, intent(in) :: node(3)
@@ -357,8 +357,8 @@ contains
       place = merge(self%grid%upper, self%grid%lower + node*self%grid%cell, node == self%grid%cells)
    end function place_of
 
-   !> The cells of the level above, from first to last along each axis, that are less than `width` away from a
-   !> box. Those on a side of the grid stand for what is beyond it.
+   !> The range of cells of the level above, along each axis, that are less than `width` away from a box.
+   !> Cells on a side of the grid represent what lies beyond it.
    pure subroutine cells_near(self, low, high, width, first, last)
       class(region_t), intent(in) :: self
       real(wp), intent(in) :: low(3), high(3), width !< m
@@ -366,7 +366,7 @@ contains
       real(wp) :: across(3)
       integer :: axis, c, most
       across = real(self%grid%cells/2, wp)
-      ! but for rounding:
+      ! up to round-off, which the loop below corrects
       first = int(min(max(0.5_wp*(low - width - self%grid%lower)*self%grid%per_cell, 0.0_wp), across))
       last = int(min(max(0.5_wp*(high + width - self%grid%lower)*self%grid%per_cell, 0.0_wp), across))
       do axis = 1, 3
@@ -381,7 +381,7 @@ contains
          last(axis) = c
       end do
    contains
-      !> Place of the lower side of a cell, m.
+      !> Position of the lower side of a cell, m.
       pure real(wp) function side(axis, c)
          integer, intent(in) :: axis, c
          side = self%grid%lower(axis) + 2*c*self%grid%cell
@@ -404,7 +404,7 @@ contains
       all_of = count_of(self, first, last) == product(last - first + 1)
    end function all_of
 
-   !> How many of them do, where the box around the region has gaps.
+   !> The number of these cells that do, where the bounding box has gaps.
    pure integer function count_of(self, first, last) result(n)
       class(region_t), intent(in) :: self
       integer, intent(in) :: first(3), last(3)

@@ -1,5 +1,5 @@
-!> Regions made of parts: several of one level as one, and balls of cells; and whether one keeps its distance
-!> inside another (theory.md, Levels).
+!> Regions made of parts: the union of regions of one level, balls of cells; and the check that a region keeps
+!> its distance from the edge of another (theory.md, Levels).
 module m_region_parts
    use m_kinds, only: wp
    use m_grid_level, only: grid_level_t
@@ -8,14 +8,15 @@ module m_region_parts
    private
    public :: unite, make_ball, first_too_near, leave_no_strip
 
-   integer, parameter, public :: smallest_gap = 2 !< between an edge and the coarser level's, in its cells
+   integer, parameter, public :: smallest_gap = 2 !< between an edge and that of the coarser level, in the
+                                                  !< coarser level's cells
 
 contains
 
-   !> The cells of all of some regions of one level.
+   !> The union of some regions of one level.
    pure type(region_t) function unite(grid, parts) result(region)
       type(grid_level_t), intent(in) :: grid !< the level's
-      type(region_t), intent(in) :: parts(:) !< one at least
+      type(region_t), intent(in) :: parts(:) !< at least one
       logical, allocatable :: chosen(:, :, :)
       integer :: low(3), high(3), a(3), z(3), cell(3), i, j, k, n
       region = parts(1)
@@ -44,8 +45,8 @@ contains
       region = make_region(grid, 2*low, chosen)
    end function unite
 
-   !> The cells of the level above that a ball reaches into and, for a shell, that are not all inside the
-   !> inner ball; of a section all across it.
+   !> The cells of the level above that intersect a ball and, for a shell, are not all inside the inner ball;
+   !> for a section over its whole thickness.
    pure type(region_t) function make_ball(grid, center, radius, inner_radius) result(region)
       type(grid_level_t), intent(in) :: grid !< the level's
       real(wp), intent(in) :: center(3)      !< in the grid, m
@@ -58,7 +59,7 @@ contains
       middle = (center - grid%lower)/cell
       low = floor(max(middle - radius/cell, 0.0_wp))
       high = ceiling(min(middle + radius/cell, real(grid%cells/2, wp)))
-      ! so that what is next to a side of the grid can be filled
+      ! so that cells next to a side of the grid can be filled
       where (low == 1) low = 0
       where (high == grid%cells/2 - 1) high = grid%cells/2
       if (grid%section%is_flat()) then
@@ -81,7 +82,7 @@ contains
       region = make_region(grid, 2*low, chosen)
    end function make_ball
 
-   !> Where one cell lies between chosen ones and a side of the grid it is chosen too.
+   !> Choose also a single cell between chosen ones and a side of the grid.
    pure subroutine leave_no_strip(grid, low, chosen)
       type(grid_level_t), intent(in) :: grid
       integer, intent(in) :: low(3) !< of the first of the cells
@@ -104,8 +105,8 @@ contains
       end subroutine join
    end subroutine leave_no_strip
 
-   !> The first cell of the level above (from 0) of a region that is not well inside the region of that level;
-   !> -1 where all are.
+   !> The first cell of the level above (from 0) in a region that is too near the edge of that level's region;
+   !> -1 if there is none.
    pure function first_too_near(above, region) result(cell)
       type(region_t), intent(in) :: above, region
       integer :: cell(3), low(3), high(3), i, j, k
