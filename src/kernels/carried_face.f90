@@ -1,5 +1,5 @@
-!> Faces that particles carry: an area, as an outward vector, and the arm from the particle's centre to the
-!> face's middle follow the material (theory.md, eq. carried-face).
+!> Faces that particles carry: an outward area vector and the arm from the particle's centre to the face's
+!> middle follow the deformation (theory.md, eq. carried-face).
 module m_carried_face
    use m_kinds, only: wp
    use m_vectors, only: cross
@@ -10,7 +10,7 @@ module m_carried_face
 contains
 
    !> With F = I + dt L the arm becomes F arm and the area J F^-T area (Nanson). Particles without the face
-   !> have an area of 0 and are left alone.
+   !> have zero area and are not changed.
    pure subroutine carry_faces(column, count, area, arm, gradient, time_step)
       real(wp), intent(inout), contiguous :: column(:, :)
       integer, intent(in) :: count     !< particles

@@ -1,6 +1,7 @@
-!> Means over the cells of the grid: what the particles of a block give to the cells, and what they take from
-!> the sums over blocks (theory.md, eq. anti-locking). A cell stands in a tile at the place of its lowest
-!> node, or at an edge of levels where `standing` says: so the sums of nodes are those of cells.
+!> Means over the cells of the grid: contributions of a block's particles to the cells, and interpolation of
+!> the sums over blocks back to particles (theory.md, eq. anti-locking). A cell is stored in a tile at the
+!> index of its lowest node, or at an edge of levels where `standing` says: so nodal sums over blocks also sum
+!> cells.
 module m_cell_mean
    use m_kinds, only: wp, i4
    use m_constants, only: block_size
@@ -11,8 +12,8 @@ module m_cell_mean
    private
    public :: give_to_cells, take_means, cells_of, give_values, take_mean_values, pressure, set_trace
 
-   integer, parameter :: values = 8 !< of a place in a tile; here 1 volume, m3, 2 its rate, m3/s, 3 times
-                                    !< pressure, J
+   integer, parameter :: values = 8 !< per entry of a tile; here 1 volume, m3, 2 volume times tr L, m3/s, 3
+                                    !< volume times pressure, J
    integer, parameter :: width = block_size + 2 !< of a tile
    integer, parameter :: places = width**3
    integer, parameter :: chunk = 64             !< particles at once
@@ -54,8 +55,8 @@ contains
       end do
    end subroutine give_to_cells
 
-   !> tr L of each particle becomes the mean of its cell. The pressure stays: how far it lies below the mean
-   !> goes into the field `pressure_shift`.
+   !> Replace tr L of each particle by the mean of its cell. The pressure is not changed: the field
+   !> `pressure_shift` gets the mean minus the pressure.
    pure subroutine take_means(count, bin, layout, frame, tile, column, gradient, standing)
       integer, intent(in) :: count
       integer(i4), intent(in), contiguous :: bin(:)
@@ -86,7 +87,7 @@ contains
       end do
    end subroutine take_means
 
-   !> Where the cells of a block's particles stand in its tile, while they stay where they are.
+   !> Tile indices of the cells of a block's particles, valid until these move.
    pure subroutine cells_of(count, bin, column, layout, frame, place, standing)
       integer, intent(in) :: count
       integer(i4), intent(in), contiguous :: bin(:)
@@ -101,8 +102,8 @@ contains
 
    !> The sums over a block's particles of volume and of volume times a value, on its own tile.
    pure subroutine give_values(place, volume, value, rows, tile)
-      integer, intent(in) :: place(:)                !< as of cells_of
-      integer, intent(in) :: rows(2) !< first and last place along y that is in use
+      integer, intent(in) :: place(:)                !< as from cells_of
+      integer, intent(in) :: rows(2)                 !< first and last index along y in use
       real(wp), intent(in) :: volume(:), value(:)    !< m3; any unit
       real(wp), intent(inout) :: tile(values, 0:places - 1)
       integer :: k, p
@@ -115,7 +116,7 @@ contains
       end do
    end subroutine give_values
 
-   !> Each value becomes the mean of its cell.
+   !> Replace each value by the mean of its cell.
    pure subroutine take_mean_values(place, tile, value)
       integer, intent(in) :: place(:)
       real(wp), intent(in) :: tile(values, 0:places - 1) !< sums over all blocks
@@ -141,7 +142,7 @@ contains
       zz = zz + change
    end subroutine set_trace
 
-   !> Where the cells of a few particles stand in the tile.
+   !> Tile indices of the cells of a few particles.
    pure subroutine find_cells(bin, x, y, z, frame, place, standing)
       integer(i4), intent(in), contiguous :: bin(:)
       real(wp), intent(in), contiguous :: x(:), y(:), z(:)
@@ -164,12 +165,12 @@ contains
    end subroutine find_cells
 
    !> Of the eight cells around the node of a particle's bin, the nearest in which its level has particles;
-   !> its own where there is none.
+   !> its own cell if there is none.
    pure integer function nearest_cell(bin, x, standing, own) result(place)
       integer(i4), intent(in) :: bin !< from 0
-      real(wp), intent(in) :: x(3)   !< place in cells, from the block's first node
+      real(wp), intent(in) :: x(3)   !< position in cells, from the block's first node
       integer(i4), intent(in) :: standing(0:places - 1)
-      integer, intent(in) :: own     !< place of the cell that it is in
+      integer, intent(in) :: own     !< tile index of the cell that contains it
       real(wp) :: off(3), least
       integer :: node(3), side(3), n, tried
       node = [iand(bin, block_size - 1), iand(bin/block_size, block_size - 1), bin/block_size**2]
@@ -185,11 +186,11 @@ contains
       end do
    end function nearest_cell
 
-   !> One of the eight cells around the node of the particle's bin. A bin from before the step's motion will
-   !> do: a particle that has just left it is in one of them all the same.
+   !> One of the eight cells around the node of the particle's bin. A bin from before the step's motion is
+   !> enough: a particle that has just left its bin is still in one of these cells.
    pure elemental integer function cell_place(bin, x, y, z) result(place)
       integer(i4), intent(in) :: bin    !< from 0
-      real(wp), intent(in) :: x, y, z   !< place in cells, from the block's first node
+      real(wp), intent(in) :: x, y, z   !< position in cells, from the block's first node
       integer :: i, j, k
       i = iand(bin, block_size - 1)
       j = iand(bin/block_size, block_size - 1)

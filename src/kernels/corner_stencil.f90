@@ -9,21 +9,22 @@ module m_corner_stencil
    private
    public :: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights, corner_slopes, batch_end
 
-   !> The domains of a chunk of particles, one lane a particle, in cells. Vectors may read `batch` - 1 beyond
-   !> the last.
+   !> The domains of a chunk of particles, one lane a particle, in cells. Vectors may read up to `batch` - 1
+   !> entries beyond the last.
    type :: corner_stencil_t
-      type(stencil_t) :: list !< which particles and their runs; its offsets are set, its weights are not
-      real(wp) :: half_edge(chunk + batch, 9) !< component i of edge k at 3 (k-1) + i, no longer than the
-                                              !< nodes extent
-      real(wp) :: inverse(chunk + batch, 9)   !< inverse of their matrix: component i of row k at 3 (k-1) + i
-      logical :: flat, round                  !< they stand on a section, of a body of revolution
-      real(wp) :: hoop(chunk + batch)         !< of one of revolution: what of the weight stands for the
-                                              !< difference along the edge across it
+      type(stencil_t) :: list !< the particles and their runs; its offsets are set, its weights are not
+      real(wp) :: half_edge(chunk + batch, 9) !< component i of edge k at 3 (k-1) + i, limited to the reach of
+                                              !< the nodes
+      real(wp) :: inverse(chunk + batch, 9)   !< inverse of the matrix of half edges: component i of row k at
+                                              !< 3 (k-1) + i
+      logical :: flat, round                  !< the particles are on a section, of a body of revolution
+      real(wp) :: hoop(chunk + batch)         !< for a body of revolution: factor from the weight to the
+                                              !< difference along the edge across the section
    end type corner_stencil_t
 
-   !> Weights of `batch` particles, and the mean differences of the hat functions along each half edge: times
-   !> the inverse they are slopes. Node n stands at (a, b, c) cells from the nearest, n = 14 + a + 3 (b +
-   !> 3 c).
+   !> Weights of `batch` particles, and the mean differences of the hat functions along each half edge:
+   !> multiplied by the inverse they are gradients. Node n is at (a, b, c) cells from the nearest, n = 14 + a
+   !> + 3 (b + 3 c).
    type :: corner_weights_t
       real(wp) :: weight(batch, 27)
       real(wp) :: along(batch, 27, 3)
@@ -31,11 +32,11 @@ module m_corner_stencil
 
    real(wp), parameter :: sign_of(8, 3) = reshape([-1, 1, -1, 1, -1, 1, -1, 1, -1, -1, 1, 1, -1, -1, 1, 1, &
                                                    -1, -1, -1, -1, 1, 1, 1, 1], [8, 3])
-                                                        !< which way edge k leads to a corner
+                                                        !< sign of edge k in each corner
 
 contains
 
-   !> The domains of the particles from place `first` of the list on, scaled to fit.
+   !> Set the domains of the particles from position `first` of the list on, scaled to fit.
    pure subroutine set_corners(corners, cells, first, column, layout, frame)
       type(corner_stencil_t), intent(inout) :: corners
       type(cell_list_t), intent(in) :: cells
@@ -66,10 +67,9 @@ contains
       call set_edges(corners, edge, 0, frame%per_cell)
    end subroutine set_corners
 
-   !> The half edges a, b, c (m) in rows `before` + 1 and on are those of the chunk's particles: scaled down
-   !> until the domain reaches no further than half a cell along any axis (Homel, Brannon and Guilkey 2016);
-   !> then its corners lie among the 27 nodes. u, v, w: the rows of the inverse of the matrix with columns a,
-   !> b, c.
+   !> Store the half edges a, b, c (m) of the chunk's particles in rows `before` + 1 and on: scaled down until
+   !> the domain reaches no further than half a cell along any axis (Homel, Brannon and Guilkey 2016); then
+   !> its corners lie among the 27 nodes. u, v, w: the rows of the inverse of the matrix with columns a, b, c.
    pure subroutine set_edges(corners, edge, before, per_cell)
       type(corner_stencil_t), intent(inout) :: corners
       real(wp), intent(in), contiguous :: edge(:, :)
@@ -107,8 +107,9 @@ contains
       end associate
    end subroutine set_edges
 
-   !> The same of a section: parallelograms in its plane, not beyond the axis. The edge along y stays, so that
-   !> there is an inverse; on a ring the difference along it stands for the hoop's slope, weight over radius.
+   !> The same for a section: parallelograms in its plane, not beyond the axis. The edge along y is kept, so
+   !> that the matrix is invertible; on a ring the difference along it represents the hoop gradient, weight
+   !> over radius.
    pure subroutine set_section(corners, column, layout, edge)
       type(corner_stencil_t), intent(inout) :: corners
       real(wp), intent(in), contiguous :: column(:, :)
@@ -163,7 +164,8 @@ contains
       end do
    end subroutine set_corner_weights
 
-   !> Hat functions along each axis of the nodes at -1, 0, 1 at the corners of a batch; those along z over 8.
+   !> Hat functions along each axis of the nodes at -1, 0, 1 at the corners of a batch; those along z divided
+   !> by 8.
    pure subroutine set_hats(corners, first, hat)
       type(corner_stencil_t), intent(in) :: corners
       integer, intent(in) :: first
@@ -180,7 +182,7 @@ contains
                               + sign_of(corner, 2)*corners%half_edge(first + p - 1, 3 + axis) &
                               + sign_of(corner, 3)*corners%half_edge(first + p - 1, 6 + axis))
                hat(p, -1, axis, corner) = max(0.0_wp, -place)
-               ! corners may lie a rounding beyond the next node
+               ! round-off may put corners just beyond the next node
                hat(p, 0, axis, corner) = max(0.0_wp, share - abs(place))
                hat(p, 1, axis, corner) = max(0.0_wp, place)
             end do
@@ -192,7 +194,8 @@ contains
       hat(:, 1, 2, :) = 0.0_wp
    end subroutine set_hats
 
-   !> From the hat function of a node at the corners, over 8, first edge's sign changing fastest.
+   !> Mean and differences from the hat function of a node at the corners, divided by 8, the sign of the first
+   !> edge changing fastest.
    pure elemental subroutine mean_of_corners(h1, h2, h3, h4, h5, h6, h7, h8, weight, along_1, along_2, &
                                              along_3)
       real(wp), intent(in) :: h1, h2, h3, h4, h5, h6, h7, h8
@@ -206,9 +209,9 @@ contains
       weight = low + high
    end subroutine mean_of_corners
 
-   !> Slopes (1/m) of particle m of the chunk on its 27 nodes.
+   !> Gradients (1/m) of the weights of particle m of the chunk on its 27 nodes.
    pure function corner_slopes(weights, corners, m, per_cell) result(slope)
-      type(corner_weights_t), intent(in) :: weights !< of the batch that it is in
+      type(corner_weights_t), intent(in) :: weights !< of the particle's batch
       type(corner_stencil_t), intent(in) :: corners
       integer, intent(in) :: m
       real(wp), intent(in) :: per_cell !< 1/m

@@ -1,4 +1,4 @@
-!> Volume change of particles, and the bounds that the next time step and the guards need.
+!> Volume change of particles, and the bounds needed for the next time step and the guards.
 module m_deform
    use m_kinds, only: wp
    use m_field_table, only: layout_t
@@ -9,7 +9,7 @@ module m_deform
 contains
 
    !> V <- V det(I + dt L) for the first `count` particles; `smallest` is the smallest of the new volumes, m3:
-   !> not above 0 where a particle was turned inside out.
+   !> not above 0 if an element was inverted.
    pure subroutine advance_volume(count, gradient, time_step, volume, smallest)
       integer, intent(in) :: count
       real(wp), intent(in), contiguous :: gradient(:, :) !< (:, 9), d v_i / d x_j at 3 (j-1) + i, 1/s
@@ -36,8 +36,8 @@ contains
       end do
    end subroutine advance_volume
 
-   !> The domains of the first `count` particles follow their velocity gradients; `smallest` is not above 0
-   !> where one has become thinner than nothing.
+   !> The domains of the first `count` particles follow their velocity gradients; `smallest` is not above 0 if
+   !> a domain has a non-positive size.
    pure subroutine advance_domain(count, gradient, time_step, layout, column, smallest)
       integer, intent(in) :: count
       real(wp), intent(in), contiguous :: gradient(:, :)   !< (:, 9), as above, 1/s
@@ -61,7 +61,7 @@ contains
       integer, intent(in) :: count
       real(wp), intent(in), contiguous :: gradient(:, :)     !< (:, 9), as above, 1/s
       real(wp), intent(in) :: time_step                      !< s
-      logical, intent(in) :: flat                            !< of a section: not along y
+      logical, intent(in) :: flat                            !< of a section: y does not change
       real(wp), intent(inout), contiguous :: half_size(:, :) !< (:, 3), m
       real(wp), intent(out) :: smallest
       integer :: axis, p
@@ -80,7 +80,7 @@ contains
       integer, intent(in) :: count
       real(wp), intent(in), contiguous :: gradient(:, :)     !< (:, 9), as above, 1/s
       real(wp), intent(in) :: time_step                      !< s
-      logical, intent(in) :: flat                            !< of a section: that along y stays
+      logical, intent(in) :: flat                            !< of a section: the edge along y does not change
       real(wp), intent(inout), contiguous :: half_edge(:, :) !< (:, 9), component i of edge k at 3 (k-1) + i,
                                                              !< m
       real(wp) :: x, y, z
@@ -100,7 +100,7 @@ contains
       end do
    end subroutine advance_half_edges
 
-   !> True when no value of the first `count` rows is infinite or undefined: x - x is 0 for all others.
+   !> True when no value of the first `count` rows is infinite or NaN: x - x is 0 for all others.
    pure logical function all_finite(count, values)
       integer, intent(in) :: count
       real(wp), intent(in), contiguous :: values(:, :)
@@ -116,7 +116,7 @@ contains
       all_finite = abs(nothing) <= 0.0_wp
    end function all_finite
 
-   !> The same for six columns at once, at a third of the cost; a sum of values that is infinite counts too.
+   !> The same for six columns at once, at a third of the cost; an infinite sum of finite values counts too.
    pure logical function finite_stress(count, stress)
       integer, intent(in) :: count
       real(wp), intent(in), contiguous :: stress(:, :) !< (:, 6), Pa

@@ -1,5 +1,5 @@
-!> Weights on the nodes of what acts on a face of a particle's domain: the mean of the grid's hat functions
-!> over the face (theory.md, eqs contact-nodes, face-mean).
+!> Nodal weights of loads on a face of a particle's domain: the mean of the grid's hat functions over the face
+!> (theory.md, eqs contact-nodes, face-mean).
 module m_face_weights
    use m_kinds, only: wp
    use m_vectors, only: cross
@@ -9,26 +9,26 @@ module m_face_weights
    public :: face_weights_t, find_face, fit_share, cube_span, weigh_point, weigh_face, weigh, mix, flattening
 
    real(wp), parameter :: small_domain = 0.3_wp !< half edges of small cubes, in cells
-   real(wp), parameter :: hair = 1.0e-9_wp      !< cells: a face that passes a plane of nodes by less does not
-   real(wp), parameter :: flattening = 0.15_wp !< up to which forces act at the face of a cube that is pressed
+   real(wp), parameter :: hair = 1.0e-9_wp      !< cells: a face beyond a plane of nodes by less counts as on
+                                                !< it
+   real(wp), parameter :: flattening = 0.15_wp !< compression up to which forces act at the face of a cube
                                                !< (eq. contact-face)
 
-   !> On the 8 nodes of the cell that holds a point, or on the 27 around a particle's bin.
+   !> Weights on the 8 nodes of the cell that contains a point, or on the 27 around a particle's bin.
    type :: face_weights_t
       integer :: corner(3) = 0             !< lowest node, in the block, from 0
-      integer :: last = 1                  !< nodes along each axis run from 0 to here: 1 or 2
-      real(wp) :: weight(0:2, 0:2, 0:2) = 0.0_wp !< of which those up to `last` are set
+      integer :: last = 1                  !< node indices along each axis run from 0 to here: 1 or 2
+      real(wp) :: weight(0:2, 0:2, 0:2) = 0.0_wp !< set up to index `last`
    end type face_weights_t
 
 contains
 
-   !> The face of a domain that is met from its centre against a normal: how far away it is, and the halves of
-   !> what it spans. Neither goes beyond the domain. With a normal along an edge the span is the whole face
-   !> across it, and none along it.
+   !> Distance and half extents of the face of a domain that lies from its centre against a normal. Neither
+   !> exceeds the domain. With a normal along an edge the span is the whole face across it, and zero along it.
    pure subroutine find_face(half_edge, normal, farthest, distance, span)
-      real(wp), intent(in) :: half_edge(3, 3) !< columns; as the weights see them, m
+      real(wp), intent(in) :: half_edge(3, 3) !< columns; as used for the weights, m
       real(wp), intent(in) :: normal(3)       !< unit vector
-      real(wp), intent(in) :: farthest        !< what the distance is at most, m
+      real(wp), intent(in) :: farthest        !< upper bound of the distance, m
       real(wp), intent(out) :: distance       !< m
       real(wp), intent(out) :: span(3, 3)     !< columns, along the half edges, m
       real(wp) :: along(3)
@@ -37,18 +37,18 @@ contains
       span = span_around(half_edge, distance*along)
    end subroutine find_face
 
-   !> Where the force on a domain's share of a patch acts: its middle, given by an arm that follows the
-   !> material, is drawn back into the domain where it has left it, so that no node gets a force without the
-   !> mass of the same domain (theory.md, eq. pressure). A cube does not get shorter when the material is
-   !> pressed: the force stays at its face, with large ones up to a limit.
+   !> Point of application of the force on a domain's share of a patch. The middle of the share, given by an
+   !> arm that follows the deformation, is moved back into the domain where it has left it, so that no node
+   !> gets a force without mass of the same domain (theory.md, eq. pressure). A cube does not get shorter
+   !> under compression: the force stays at its face, for large cubes up to a limit.
    pure subroutine fit_share(half_edge, arm, outward, cell, cube, middle, span)
-      real(wp), intent(in) :: half_edge(3, 3) !< columns; as the weights see them, m
+      real(wp), intent(in) :: half_edge(3, 3) !< columns; as used for the weights, m
       real(wp), intent(in) :: arm(3)          !< from the domain's centre to the middle of the share, m
-      real(wp), intent(in) :: outward(3)      !< across the face, of any length
+      real(wp), intent(in) :: outward(3)      !< normal to the face, of any length
       real(wp), intent(in) :: cell            !< m
-      logical, intent(in) :: cube             !< the domain does not get shorter as the material does
+      logical, intent(in) :: cube             !< the domain does not shorten with the material
       real(wp), intent(out) :: middle(3)      !< from the centre, not beyond the domain, m
-      real(wp), intent(out) :: span(3, 3)     !< as of find_face
+      real(wp), intent(out) :: span(3, 3)     !< as in find_face
       real(wp) :: along(3), to_face, give
       integer :: k
       along = coordinates(half_edge, arm)
@@ -64,8 +64,8 @@ contains
       span = span_around(half_edge, abs(along)/max(1.0_wp, maxval(abs(along))))
    end subroutine fit_share
 
-   !> What of a domain lies about a point: the domain gives mass and stress to the nodes behind a plane of
-   !> nodes as soon as it passes that, and so must the traction on its face (eq. face-mean).
+   !> Part of a domain around a point: the domain contributes mass and stress to the nodes behind a plane of
+   !> nodes as soon as it crosses it, and so must the traction on its face (eq. face-mean).
    pure function span_around(half_edge, along) result(span)
       real(wp), intent(in) :: half_edge(3, 3), along(3)
       real(wp) :: span(3, 3)
@@ -87,7 +87,7 @@ contains
       end do
    end function coordinates
 
-   !> The span for a cube along the axes, whose face is half its edge away or nearer.
+   !> The span for a cube along the axes, whose face is at most half its edge away.
    pure function cube_span(half_size, normal) result(span)
       real(wp), intent(in) :: half_size, normal(3)
       real(wp) :: span(3, 3)
@@ -98,13 +98,13 @@ contains
       end do
    end function cube_span
 
-   !> Weights of a face with a span; of its middle where that has the same, for the face lies in one cell.
+   !> Weights of a face with a span; of its middle where that gives the same, since the face lies in one cell.
    pure subroutine weigh(weights, node, place, span, turns)
       type(face_weights_t), intent(inout) :: weights
-      integer, intent(in) :: node(3)     !< in the middle of the particle's bin, in the block, from 0
+      integer, intent(in) :: node(3)     !< at the centre of the particle's bin, in the block, from 0
       real(wp), intent(in) :: place(3)   !< of the middle of the face, in cells from the block's first node
       real(wp), intent(in) :: span(3, 3) !< columns, in cells
-      logical, intent(in) :: turns       !< the domain's edges do
+      logical, intent(in) :: turns       !< the domain's edges rotate
       logical :: in_cell
       in_cell = .not. any(abs(span) > 0.0_wp)
       if (.not. (turns .or. in_cell)) &
@@ -116,7 +116,7 @@ contains
       end if
    end subroutine weigh
 
-   !> Weights of the nodes around one point of a particle of the bin around `node`.
+   !> Weights of the nodes around one point of a particle; `node` is the node of the particle's bin.
    pure subroutine weigh_point(weights, node, place)
       type(face_weights_t), intent(inout) :: weights
       integer, intent(in) :: node(3)   !< in the block, from 0
@@ -132,8 +132,8 @@ contains
       end do
    end subroutine weigh_point
 
-   !> The same, in the mean over a face: as the weights of the domain are made, over a box, or over corners
-   !> where edges turn.
+   !> Weights averaged over a face, as the weights of the domain are: over a box, or over corners where edges
+   !> rotate.
    pure subroutine weigh_face(weights, node, place, span, turns)
       type(face_weights_t), intent(inout) :: weights
       integer, intent(in) :: node(3)       !< in the block, from 0
@@ -145,7 +145,7 @@ contains
       if (turns) then
          extent = sum(abs(span), dim=2)
          lowest = node + merge(-1, 0, place - extent < node)
-         ! the nodes of one cell, where the face lies in it
+         ! only the nodes of one cell, where the face lies in it
          weights%last = merge(1, 2, all(place + extent <= lowest + 1))
          if (weights%last == 2) lowest = node - 1
          weights%corner = lowest
@@ -170,8 +170,8 @@ contains
       end if
    end subroutine weigh_face
 
-   !> The weights of two places of a particle of the bin around `node`: a share of the first, the rest of the
-   !> second.
+   !> Mix the weights of two points of a particle; `node` is the node of its bin: a share of the first, the
+   !> rest of the second.
    pure subroutine mix(weights, share, second, node)
       type(face_weights_t), intent(inout) :: weights !< of the first; then of both
       real(wp), intent(in) :: share
@@ -189,7 +189,7 @@ contains
       weights = both
    end subroutine mix
 
-   !> Add a share of other weights, whose nodes are among those that are there.
+   !> Add a share of other weights, whose nodes are a subset of these.
    pure subroutine add_weights(weights, share, other)
       type(face_weights_t), intent(inout) :: weights
       real(wp), intent(in) :: share
@@ -213,7 +213,7 @@ contains
       real(wp), parameter :: narrow = 1.0e-6_wp
       if (half > narrow) then
          call gimp_weights(place, half, hat(0), hat(1), hat(2), slope(1), slope(2))
-      else ! a node just beyond, of hardly any mass, must get no more than its hat function has
+      else ! a node just beyond, with almost no mass, must not get more than its hat function
          hat = hat_of(place)
       end if
    end function mean_hat

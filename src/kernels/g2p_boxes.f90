@@ -1,4 +1,5 @@
-!> Particles take velocity, acceleration and velocity gradient from their nodes (theory.md, eq. to-particles).
+!> G2P for boxes: velocity, acceleration and velocity gradient from nodes to particles (theory.md, eq.
+!> to-particles).
 module m_g2p_boxes
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -11,34 +12,34 @@ module m_g2p_boxes
    private
    public :: g2p_boxes, motion_t, fastest_t, taken_t, move, find_fastest
 
-   integer, parameter :: half = 4 !< of them, those of which the gradient is wanted, and those of which it is
-                                  !< not
+   integer, parameter :: half = 4 !< half of the node values: those whose gradient is needed, and the others
 
    !> How the particles move: x += dt v_grid, v = flip (v + dt a) + (1 - flip) v_grid; then v - v_grid <-
-   !> unseen (v - v_grid).
+   !> null_space_share (v - v_grid).
    type :: motion_t
-      real(wp) :: time_step     !< s; with 0 and flip 1 only the velocity gradient is taken
+      real(wp) :: time_step     !< s; with 0 and flip 1 only the velocity gradient is computed
       real(wp) :: flip_fraction
-      integer :: position       !< first column of where the new position goes
-      real(wp) :: null_space_share = 1.0_wp !< what is left of the velocity that nodes do not see
-      integer :: heat = 0       !< column of the energy that is taken from it; 0: none is
+      integer :: position       !< first column of the new position
+      real(wp) :: null_space_share = 1.0_wp !< remaining share of the null-space velocity
+      integer :: heat = 0       !< column of the energy that the filter dissipates; 0: not stored
    end type motion_t
 
-   !> The particle of a block that the grid carries fastest along an axis, if faster than allowed: an
-   !> undefined speed is none.
+   !> The particle of a block with the largest grid velocity along an axis, if above the limit; NaN does not
+   !> count.
    type :: fastest_t
-      real(wp) :: speed        !< allowed at first, then that of the particle, m/s
+      real(wp) :: speed        !< first the limit, then that of the particle, m/s
       integer :: particle = 0  !< 0: none is too fast
    end type fastest_t
 
-   !> What the particles of a chunk take. Vectors may write `batch` - 1 beyond the last.
+   !> Interpolated values at the particles of a chunk. Vectors may write up to `batch` - 1 entries beyond the
+   !> last.
    type :: taken_t
       real(wp) :: motion(chunk + batch, 6)   !< velocity of the grid, acceleration
       real(wp) :: gradient(chunk + batch, 9) !< d v_i / d x_j at 3 (j-1) + i
    end type taken_t
 
-   integer, parameter :: group = 4 !< particles of a bin done together; a single one, or what is left over, is
-                                   !< done by itself
+   integer, parameter :: group = 4 !< particles of a bin processed together; a single or remaining one is
+                                   !< processed alone
 
 contains
 
@@ -77,7 +78,7 @@ contains
       end do
    end subroutine g2p_boxes
 
-   !> Raise `fastest` to the fastest of a chunk, if that is faster.
+   !> Raise `fastest` to the fastest particle of a chunk, if that is faster.
    pure subroutine find_fastest(stencil, taken, fastest)
       type(stencil_t), intent(in) :: stencil
       type(taken_t), intent(in) :: taken
@@ -95,10 +96,10 @@ contains
       end do
    end subroutine find_fastest
 
-   !> The particle `first` and those behind it together: one lane a particle, one quantity after the other, so
-   !> that its seven sums and the weights along x fit into sixteen registers. Planes stay a loop (`unroll 1`):
-   !> as straight code, all loads of the nodes come first and are spilled. What is taken by those that are not
-   !> of the same bin is nonsense, and overwritten when their turn comes.
+   !> Interpolate for particle `first` and the next ones together: one lane a particle, one quantity after the
+   !> other, so that its seven sums and the weights along x fit into sixteen registers. Planes stay a loop
+   !> (`unroll 1`): unrolled, all loads of the nodes come first and are spilled. Lanes of particles of another
+   !> bin get meaningless values, which are overwritten later.
    pure subroutine take_group(stencil, first, i, j, k, tile, taken)
       type(stencil_t), intent(in) :: stencil
       integer, intent(in) :: first, i, j, k
@@ -210,7 +211,7 @@ contains
       call take_acceleration(stencil, m, i, j, k, tile, taken)
    end subroutine take_one
 
-   !> As take_one, of the node values' second half: the acceleration.
+   !> As take_one, for the second half of the node values: the acceleration.
    pure subroutine take_acceleration(stencil, m, i, j, k, tile, taken)
       type(stencil_t), intent(in) :: stencil
       integer, intent(in) :: m, i, j, k
@@ -239,7 +240,7 @@ contains
       end do
    end subroutine take_acceleration
 
-   !> New positions, velocities and velocity gradients of a chunk; where particles were chosen, one by one.
+   !> New positions, velocities and velocity gradients of a chunk; one by one where particles were chosen.
    pure subroutine move(stencil, taken, layout, motion, column, gradient)
       type(stencil_t), intent(in) :: stencil
       type(taken_t), intent(inout) :: taken
@@ -264,10 +265,10 @@ contains
       end if
    end subroutine move
 
-   !> Particles that follow each other along one axis.
+   !> Consecutive particles, along one axis.
    pure subroutine move_along(axis, before, before_in_chunk, count, taken, layout, motion, column)
-      integer, intent(in) :: axis, before, before_in_chunk, count !< particles ahead of them in the block and
-                                                                  !< in the chunk; and they
+      integer, intent(in) :: axis, before, before_in_chunk, count !< particles before them in the block and in
+                                                                  !< the chunk; and their number
       type(taken_t), intent(in) :: taken
       type(layout_t), intent(in) :: layout
       type(motion_t), intent(in) :: motion
@@ -288,8 +289,8 @@ contains
          call rest_along(axis, before, before_in_chunk, count, taken, layout, motion, column)
    end subroutine move_along
 
-   !> What nodes do not see of the velocities of particles that follow each other, along one axis, comes to
-   !> rest (theory.md, eq. unseen).
+   !> Damp the null-space part of the velocities of consecutive particles along one axis (theory.md, eq.
+   !> unseen).
    pure subroutine rest_along(axis, before, before_in_chunk, count, taken, layout, motion, column)
       integer, intent(in) :: axis, before, before_in_chunk, count !< as above
       type(taken_t), intent(in) :: taken

@@ -1,5 +1,5 @@
-!> Particles whose domains are parallelepipeds take velocity, acceleration and velocity gradient from their
-!> nodes (theory.md, eqs to-particles, corners).
+!> G2P for parallelepipeds: velocity, acceleration and velocity gradient from nodes to particles (theory.md,
+!> eqs to-particles, corners).
 module m_g2p_corners
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -14,7 +14,7 @@ module m_g2p_corners
    private
    public :: g2p_corners
 
-   integer, parameter :: alone = 2 !< up to so many particles of a bin are done one by one
+   integer, parameter :: alone = 2 !< up to this number, particles of a bin are processed one by one
 
 contains
 
@@ -57,9 +57,9 @@ contains
       end do
    end subroutine g2p_corners
 
-   !> Particles of one run and one batch of the chunk take from the 27 nodes around their bin: one lane a
-   !> particle, all sums in registers. Of the gradient it is what goes along each half edge. What comes of
-   !> lanes of the batch that are not of the run is left.
+   !> Interpolate from the 27 nodes around their bin for particles of one run and one batch of the chunk: one
+   !> lane a particle, all sums in registers. The gradient is along each half edge. Lanes of the batch that
+   !> are not of the run are discarded.
    pure subroutine take_together(weights, first, last, place, tile, taken)
       type(corner_weights_t), intent(in) :: weights
       integer, intent(in) :: first, last, place(3)
@@ -109,7 +109,7 @@ contains
       end do
    end subroutine take_together
 
-   !> Particle m of the chunk by itself: one lane a node quantity.
+   !> Particle m of the chunk alone: one lane a node quantity.
    pure subroutine take_one(weights, m, place, tile, taken)
       type(corner_weights_t), intent(in) :: weights
       integer, intent(in) :: m, place(3)
@@ -146,7 +146,7 @@ contains
       taken%gradient(m, 7:9) = sums(2:4, 3)
    end subroutine take_one
 
-   !> From derivatives along the half edges to those along the axes.
+   !> Convert derivatives along the half edges to derivatives along the axes.
    pure subroutine turn_gradient(corners, per_cell, taken)
       type(corner_stencil_t), intent(in) :: corners
       real(wp), intent(in) :: per_cell !< 1/m

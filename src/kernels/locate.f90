@@ -1,4 +1,4 @@
-!> Which bin of its block each particle lies in after it moved, and which particles left the block.
+!> The bin of each particle of a block after its motion, and the particles that left the block.
 module m_locate
    use m_kinds, only: wp, i4
    use m_constants, only: block_size
@@ -7,13 +7,12 @@ module m_locate
    private
    public :: locate_particles, find_bounds, bin_of
 
-   integer, parameter :: stretch = 128 !< particles among which emigrants are looked for one by one if there
-                                       !< are any
+   integer, parameter :: stretch = 128 !< particles that are searched for emigrants together
 
 contains
 
-   !> Set the bins of the first `count` particles; those outside the block are listed, rising, and keep bin 0.
-   !> `lowest` and `highest` bound the centres, so that the caller sees at once whether one has left the grid.
+   !> Set the bins of the first `count` particles; those outside the block are listed, rising, and get bin 0.
+   !> `lowest` and `highest` bound the centres, to detect particles outside the grid.
    pure subroutine locate_particles(count, position, frame, bin, emigrants, emigrant_count, moved, lowest, &
                                     highest)
       integer, intent(in) :: count
@@ -22,7 +21,7 @@ contains
       integer(i4), intent(inout), contiguous :: bin(:)
       integer(i4), allocatable, intent(inout) :: emigrants(:)
       integer, intent(out) :: emigrant_count
-      logical, intent(out) :: moved                        !< some particle is in another bin than before
+      logical, intent(out) :: moved                        !< at least one particle has changed bin
       real(wp), intent(out) :: lowest(3), highest(3)       !< m
       real(wp) :: x, y, z, low_x, low_y, low_z, high_x, high_y, high_z
       integer :: changes, outside, p
@@ -42,7 +41,7 @@ contains
          x = (position(p, 1) - frame%origin(1))*frame%per_cell + 0.5_wp
          y = (position(p, 2) - frame%origin(2))*frame%per_cell + 0.5_wp
          z = (position(p, 3) - frame%origin(3))*frame%per_cell + 0.5_wp
-         i = int(x, i4) ! as floor, above 0
+         i = int(x, i4) ! equals floor, above 0
          j = int(y, i4)
          k = int(z, i4)
          low_x = min(low_x, position(p, 1))
@@ -90,7 +89,7 @@ contains
       end do
    end subroutine list_emigrants
 
-   !> How many are 0.
+   !> Number of zeros.
    pure integer function zeros(bin)
       integer(i4), intent(in), contiguous :: bin(:)
       integer :: p
@@ -100,7 +99,7 @@ contains
       end do
    end function zeros
 
-   !> Smallest and largest of the first `count` values; as vectors, which minval and maxval are not.
+   !> Smallest and largest of the first `count` values, vectorised, which minval and maxval are not.
    pure subroutine find_bounds(count, values, lowest, highest)
       integer, intent(in) :: count
       real(wp), intent(in), contiguous :: values(:)
@@ -115,7 +114,8 @@ contains
       end do
    end subroutine find_bounds
 
-   !> Bin of one place in a block that it is known to belong to; round-off at the block's faces does no harm.
+   !> Bin of a position in the block that it is known to belong to; round-off at the block's faces is
+   !> corrected.
    pure integer(i4) function bin_of(position, frame)
       real(wp), intent(in) :: position(3) !< m
       type(frame_t), intent(in) :: frame

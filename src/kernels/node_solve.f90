@@ -1,4 +1,4 @@
-!> Nodes turn what they were given into velocity and acceleration (theory.md, eq. nodes).
+!> Velocity and acceleration of nodes from their mass, momentum and force (theory.md, eq. nodes).
 module m_node_solve
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -11,8 +11,8 @@ module m_node_solve
 contains
 
    !> In place: mass, momentum p, force f become mass, velocity p/m + dt f/m, acceleration f/m. Nodes without
-   !> mass become zero. There is no mass threshold: weights and their slopes vanish together, so what a
-   !> particle takes back stays bounded.
+   !> mass become zero. There is no mass threshold: weights and their gradients vanish together, so
+   !> interpolated values stay bounded.
    pure subroutine solve_nodes(tile, time_step, extent)
       real(wp), intent(inout) :: tile(node_values, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       real(wp), intent(in) :: time_step !< s

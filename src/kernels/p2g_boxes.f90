@@ -1,4 +1,4 @@
-!> Particles give mass, momentum and internal force to their nodes (theory.md, eq. to-nodes).
+!> P2G for boxes: mass, momentum and internal force from particles to nodes (theory.md, eq. to-nodes).
 module m_p2g_boxes
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -11,22 +11,21 @@ module m_p2g_boxes
    private
    public :: p2g_boxes, add_body_force, add_force, load_t, half, clear, set_load
 
-   integer, parameter :: half = 4 !< of them, those that go with the weight, and those that go with its
-                                  !< slopes: a register each
+   integer, parameter :: half = 4 !< half of the node values: those that use the weight, and those that use
+                                  !< its gradient, one register each
 
-   !> What the particles of a chunk give, one lane a node quantity. Lanes that are never written stay 0.
+   !> Contributions of the particles of a chunk, one lane a node quantity. Lanes that are never written stay
+   !> 0.
    type :: load_t
-      real(wp) :: momentum(half, 0:3, chunk) = 0.0_wp !< mass and momentum; and what affine momentum adds from
-                                                      !< node to node along each axis, m L h, nothing to the
-                                                      !< mass
-      real(wp) :: force(half, 3, chunk) = 0.0_wp      !< -V sigma, a column an axis; the last lane is spare
+      real(wp) :: momentum(half, 0:3, chunk) = 0.0_wp !< mass and momentum; then the change of affine momentum
+                                                      !< from node to node along each axis, m L h, with none
+                                                      !< for the mass
+      real(wp) :: force(half, 3, chunk) = 0.0_wp      !< -V sigma, a column an axis; the last lane is unused
    end type load_t
 
 contains
 
-   !> Add to a block's node tile what the listed particles give.
-   !> Where the layout has a velocity gradient, it is carried along (affine transfer): m S (v + L (x_i -
-   !> x_p)).
+   !> Add the contributions of the listed particles to a block's node tile.
    pure subroutine p2g_boxes(cells, column, layout, frame, tile)
       type(cell_list_t), intent(in) :: cells
       real(wp), intent(in), contiguous :: column(:, :)
@@ -51,11 +50,11 @@ contains
       end do
    end subroutine p2g_boxes
 
-   !> Before a block's first chunk: nothing on its nodes.
+   !> Clear a block's nodes before its first chunk.
    pure subroutine clear(tile, extent)
       real(wp), intent(inout) :: tile(node_values, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
-      integer, intent(in), optional :: extent(2, 3) !< first and last index along each axis of what can be
-                                                    !< other than 0
+      integer, intent(in), optional :: extent(2, 3) !< first and last index along each axis of entries that
+                                                    !< may be nonzero
       if (present(extent)) then
          tile(:, extent(1, 1):extent(2, 1), extent(1, 2):extent(2, 2), extent(1, 3):extent(2, 3)) = 0.0_wp
       else
@@ -63,9 +62,9 @@ contains
       end if
    end subroutine clear
 
-   !> What the particles of a chunk carry, from columns to lanes, one particle after the other. Affine
-   !> transfer is written about the nearest node, so that what goes with an axis is 0 there: m S (v - L h
-   !> offset) + m S L (x_i - x_nearest), offsets in cells.
+   !> Values of the particles of a chunk, from columns to lanes, one particle after the other. Affine transfer
+   !> is written about the nearest node, so that the term of an axis vanishes there: m S (v - L h offset) + m
+   !> S L (x_i - x_nearest), offsets in cells.
    pure subroutine set_load(load, stencil, column, layout, cell)
       type(load_t), intent(inout) :: load
       type(stencil_t), intent(in) :: stencil
@@ -111,7 +110,7 @@ contains
       if (layout%section%is_round()) call take_hoop_force(stencil%count, load%force)
    end subroutine set_load
 
-   !> What adds to the pressure and is no part of the stress.
+   !> Add a pressure that is not part of the stress.
    pure subroutine add_pressure(load, stencil, volume, pressure)
       type(load_t), intent(inout) :: load
       type(stencil_t), intent(in) :: stencil
@@ -159,7 +158,7 @@ contains
             s13 = tile(q, i + 1 + a, j, k + 2)
             s23 = tile(q, i + 1 + a, j + 1, k + 2)
             s33 = tile(q, i + 1 + a, j + 2, k + 2)
-            do p = first, max(first, last) ! at least one, so that the loop over lanes can become vectors
+            do p = first, max(first, last) ! at least one, so that the loop over lanes is vectorised
                middle = stencil%weight(p, a, 1)*(load%momentum(q, 0, p) + a*load%momentum(q, 1, p))
                y = stencil%weight(p, a, 1)*load%momentum(q, 2, p)
                z = stencil%weight(p, a, 1)*load%momentum(q, 3, p)
@@ -208,7 +207,7 @@ contains
             s13 = tile(half + q, i + 1 + a, j, k + 2)
             s23 = tile(half + q, i + 1 + a, j + 1, k + 2)
             s33 = tile(half + q, i + 1 + a, j + 2, k + 2)
-            do p = first, max(first, last) ! at least one, so that the loop over lanes can become vectors
+            do p = first, max(first, last) ! at least one, so that the loop over lanes is vectorised
                x = stencil%slope(p, a, 1)*load%force(q, 1, p)
                y = stencil%weight(p, a, 1)*load%force(q, 2, p)
                z = stencil%weight(p, a, 1)*load%force(q, 3, p)
@@ -241,7 +240,7 @@ contains
       end do
    end subroutine add_force
 
-   !> Add m S b to the force of a block's node tile, b a body force per mass of each particle.
+   !> Add m S b to the force of a block's node tile, where b is a body force per mass of each particle.
    pure subroutine add_body_force(cells, column, layout, frame, acceleration, tile)
       type(cell_list_t), intent(in) :: cells
       real(wp), intent(in), contiguous :: column(:, :)

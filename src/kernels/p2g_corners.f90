@@ -1,5 +1,5 @@
-!> Particles whose domains are parallelepipeds give mass, momentum and force to their nodes (theory.md, eqs
-!> to-nodes, corners). The weights are no products of one an axis; the particles of a run go to their 27 nodes
+!> P2G for parallelepipeds: mass, momentum and force from particles to nodes (theory.md, eqs to-nodes,
+!> corners). The weights are not products over the axes; the particles of a run are added to their 27 nodes
 !> together, one lane a node quantity.
 module m_p2g_corners
    use m_kinds, only: wp
@@ -16,7 +16,7 @@ module m_p2g_corners
 
 contains
 
-   !> Add to a block's node tile what the listed particles give; as p2g_boxes.
+   !> Add the contributions of the listed particles to a block's node tile; as p2g_boxes.
    pure subroutine p2g_corners(cells, column, layout, frame, tile)
       type(cell_list_t), intent(in) :: cells
       real(wp), intent(in), contiguous :: column(:, :)
@@ -46,8 +46,8 @@ contains
       end do
    end subroutine p2g_corners
 
-   !> Forces go with slopes, which are differences along the half edges times the inverse of these: the
-   !> product of inverse and force, once a particle, goes with the differences.
+   !> Forces are multiplied by gradients, which are differences along the half edges times the inverse of
+   !> these: so the product of inverse and force, computed once a particle, is multiplied by the differences.
    pure subroutine turn_force(load, corners, per_cell)
       type(load_t), intent(inout) :: load
       type(corner_stencil_t), intent(in) :: corners
@@ -91,7 +91,7 @@ contains
             s13 = tile(q, i + 1 + a, j, k + 2)
             s23 = tile(q, i + 1 + a, j + 1, k + 2)
             s33 = tile(q, i + 1 + a, j + 2, k + 2)
-            do m = first, max(first, last) ! at least one, so that the loop over lanes can become vectors
+            do m = first, max(first, last) ! at least one, so that the loop over lanes is vectorised
                p = m - before
                middle = load%momentum(q, 0, m) + a*load%momentum(q, 1, m)
                y = load%momentum(q, 2, m)
@@ -121,7 +121,7 @@ contains
       end do
    end subroutine add_momentum
 
-   !> The same for forces, which are turned.
+   !> The same for forces after turn_force.
    pure subroutine add_corners_force(load, weights, first, last, i, j, k, tile)
       type(load_t), intent(in) :: load
       type(corner_weights_t), intent(in) :: weights

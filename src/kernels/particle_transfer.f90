@@ -1,6 +1,6 @@
-!> Between particles and nodes, by the kernels that serve the domains the particles have: boxes along the
-!> axes, whose weights are products, or parallelepipeds (theory.md, eqs weights, corners); or what has the
-!> nine nodes of a section's plane. Another kind of domain is another branch in each of these three.
+!> P2G and G2P with the kernels for the scene's kind of domain: boxes along the axes, whose weights are
+!> products, or parallelepipeds (theory.md, eqs weights, corners); or for the nine nodes of a section's plane.
+!> Another kind of domain is another branch in each of these three.
 module m_particle_transfer
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -20,7 +20,7 @@ module m_particle_transfer
 
 contains
 
-   !> Add to a block's node tile what the listed particles give: mass, momentum, force (eq. to-nodes).
+   !> Add mass, momentum and force of the listed particles to a block's node tile (eq. to-nodes).
    pure subroutine p2g(cells, column, layout, frame, tile)
       type(cell_list_t), intent(in) :: cells
       real(wp), intent(in), contiguous :: column(:, :)
@@ -36,7 +36,7 @@ contains
       end if
    end subroutine p2g
 
-   !> Add to the forces of a block's node tile a body force per mass of each listed particle.
+   !> Add a body force per mass of each listed particle to the forces of a block's node tile.
    pure subroutine p2g_body_force(cells, column, layout, frame, acceleration, tile)
       type(cell_list_t), intent(in) :: cells
       real(wp), intent(in), contiguous :: column(:, :)

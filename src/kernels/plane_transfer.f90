@@ -1,5 +1,5 @@
-!> Between the particles of a section and the nodes of its plane (theory.md, Sections): as p2g_boxes and
-!> g2p_boxes, with nine nodes a particle and nothing along y.
+!> P2G and G2P for particles of a section and the nodes of its plane (theory.md, Sections): as p2g_boxes and
+!> g2p_boxes, with nine nodes a particle and none along y.
 module m_plane_transfer
    use m_kinds, only: wp
    use m_node_values, only: node_values, tile_last, plane_row
@@ -13,12 +13,12 @@ module m_plane_transfer
    private
    public :: p2g_plane, g2p_plane, add_plane_force
 
-   integer, parameter :: group = 4 !< particles of a bin done together; what is taken by those behind the last
-                                   !< is nonsense, and overwritten when their turn comes
+   integer, parameter :: group = 4 !< particles of a bin processed together; lanes beyond the last get
+                                   !< meaningless values, which are overwritten later
 
 contains
 
-   !> Add to a block's node tile what the listed particles give.
+   !> Add the contributions of the listed particles to a block's node tile.
    pure subroutine p2g_plane(cells, column, layout, frame, tile)
       type(cell_list_t), intent(in) :: cells
       real(wp), intent(in), contiguous :: column(:, :)
@@ -62,7 +62,7 @@ contains
             s7 = tile(q, i, j, k + 2)
             s8 = tile(q, i + 1, j, k + 2)
             s9 = tile(q, i + 2, j, k + 2)
-            do p = first, max(first, last) ! at least one, so that the loop over lanes can become vectors
+            do p = first, max(first, last) ! at least one, so that the loop over lanes is vectorised
                middle = load%momentum(q, 0, p)
                x = load%momentum(q, 1, p)
                low = middle - load%momentum(q, 3, p)
@@ -90,8 +90,8 @@ contains
       end associate
    end subroutine add_plane_momentum
 
-   !> Forces of a chunk of particles: columns 1 and 3 of the load with the slopes along x and z, column 2,
-   !> that of the hoop, with the weight over the radius.
+   !> Forces of a chunk of particles: columns 1 and 3 of the load with the gradients along x and z, column 2,
+   !> the hoop force, with the weight over the radius.
    pure subroutine add_plane_force(load, weights, tile)
       type(load_t), intent(inout) :: load !< column 2 is divided by the radius
       type(plane_weights_t), intent(in) :: weights
@@ -108,7 +108,7 @@ contains
       end associate
    end subroutine add_plane_force
 
-   !> Of a run of particles of one bin, as add_plane_momentum.
+   !> For a run of particles of one bin, as add_plane_momentum.
    pure subroutine add_run(load, weights, first, last, i, k, tile)
       type(load_t), intent(in) :: load
       type(plane_weights_t), intent(in) :: weights
@@ -128,7 +128,7 @@ contains
             s7 = tile(half + q, i, j, k + 2)
             s8 = tile(half + q, i + 1, j, k + 2)
             s9 = tile(half + q, i + 2, j, k + 2)
-            do p = first, max(first, last) ! at least one, so that the loop over lanes can become vectors
+            do p = first, max(first, last) ! at least one, so that the loop over lanes is vectorised
                x = load%force(q, 1, p)
                y = load%force(q, 2, p)
                z = load%force(q, 3, p)
@@ -180,14 +180,15 @@ contains
             n = list%count
             taken%motion(:n, [2, 5]) = 0.0_wp
             taken%gradient(:n, [2, 5, 6, 8]) = 0.0_wp
-            taken%gradient(:n, 4) = taken%motion(:n, 1)*weights%per_radius(:n) ! `move` takes it for the hoop
+            taken%gradient(:n, 4) = taken%motion(:n, 1)*weights%per_radius(:n) ! `move` uses it as the hoop
+                                                                               ! rate
             call move(list, taken, layout, motion, column, gradient)
             if (present(fastest)) call find_fastest(list, taken, fastest)
          end associate
       end do
    end subroutine g2p_plane
 
-   !> The particle `first` and those behind it: one lane a particle.
+   !> Interpolate for particle `first` and the next ones: one lane a particle.
    pure subroutine take_group(weights, first, i, k, tile, taken)
       type(plane_weights_t), intent(in) :: weights
       integer, intent(in) :: first, i, k

@@ -1,5 +1,5 @@
-!> Weights of the particles of a section on the nine nodes around their bins that stand on its plane
-!> (theory.md, Sections), for boxes and parallelograms alike.
+!> Weights of the particles of a section on the nine nodes of its plane around their bins (theory.md,
+!> Sections), for boxes and parallelograms.
 module m_plane_weights
    use m_kinds, only: wp
    use m_field_table, only: layout_t
@@ -11,17 +11,17 @@ module m_plane_weights
 
    integer, parameter, public :: plane_nodes = 9
 
-   !> Of a chunk of particles; node n stands at (a, 0, c) cells from the nearest, n = 5 + a + 3 c. Vectors may
-   !> read `batch` - 1 beyond the last, where something stands from before.
+   !> Weights of a chunk of particles; node n is at (a, 0, c) cells from the nearest, n = 5 + a + 3 c. Vectors
+   !> may read up to `batch` - 1 entries beyond the last, which hold old values.
    type :: plane_weights_t
-      type(stencil_t) :: list !< which particles, and their offsets; its own weights are not set
+      type(stencil_t) :: list !< the particles and their offsets; its own weights are not set
       real(wp) :: weight(chunk + batch, plane_nodes)
       real(wp) :: slope(chunk + batch, plane_nodes, 2) !< along x and along z, 1/m
       real(wp) :: per_radius(chunk + batch) !< of a body of revolution, 1/m; in plane strain 0
    end type plane_weights_t
 
    !> Parallelograms of a chunk's particles: x and z of their half edges (cells), and of the rows of the
-   !> inverse of the matrix of these.
+   !> inverse of the matrix of half edges.
    type :: parallelograms_t
       real(wp) :: edge(chunk + batch, 4)
       real(wp) :: inverse(chunk + batch, 4)
@@ -29,7 +29,7 @@ module m_plane_weights
 
 contains
 
-   !> Fill in the particles from the `first` on of those that are gone through.
+   !> Set the weights of the traversed particles from the `first` on.
    pure subroutine set_plane_weights(weights, cells, first, column, layout, frame)
       type(plane_weights_t), intent(inout) :: weights
       type(cell_list_t), intent(in) :: cells
@@ -60,7 +60,7 @@ contains
       end associate
    end subroutine set_plane_weights
 
-   !> Offsets from the node in the middle of the bin, in the plane.
+   !> Offsets from the nearest node, in the plane.
    pure subroutine set_offsets(list, column, layout, frame, node)
       type(stencil_t), intent(inout) :: list
       real(wp), intent(in), contiguous :: column(:, :)
@@ -78,7 +78,7 @@ contains
       end associate
    end subroutine set_offsets
 
-   !> Of boxes: products of the weights along x and z.
+   !> Weights of boxes: products of the weights along x and z.
    pure subroutine take_products(stencil, weight, slope)
       type(stencil_t), intent(in) :: stencil
       real(wp), intent(inout) :: weight(chunk + batch, plane_nodes), slope(chunk + batch, plane_nodes, 2)
@@ -97,14 +97,14 @@ contains
    end subroutine take_products
 
    !> Half edges of parallelograms, not beyond the axis and scaled down until they reach no further than half
-   !> a cell along either axis, as m_corner_stencil does it.
+   !> a cell along either axis, as in m_corner_stencil.
    pure subroutine set_edges(domains, list, column, layout, per_cell, radius)
       type(parallelograms_t), intent(inout) :: domains
       type(stencil_t), intent(in) :: list
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: per_cell      !< 1/m
-      real(wp), intent(in) :: radius(chunk) !< m; beyond everything where there is no axis
+      real(wp), intent(in) :: radius(chunk) !< m; huge if there is no axis
       real(wp) :: ax(chunk), az(chunk), cx(chunk), cz(chunk), fit, inward, turn
       integer :: n, p
       n = list%count
@@ -133,8 +133,8 @@ contains
       end associate
    end subroutine set_edges
 
-   !> Of parallelograms: the mean over the four corners of the grid's hat functions, and the mean slope of
-   !> what interpolates them between the corners (theory.md, eq. corners).
+   !> Weights of parallelograms: the mean over the four corners of the grid's hat functions, and the mean
+   !> gradient of their interpolant between the corners (theory.md, eq. corners).
    pure subroutine take_corners(weights, domains, per_cell)
       type(plane_weights_t), intent(inout) :: weights
       type(parallelograms_t), intent(in) :: domains
@@ -179,13 +179,13 @@ contains
       do p = 1, batch
          place = offset(p) + side*along(p) + other*across(p)
          hat(p, -1) = max(0.0_wp, -place)
-         hat(p, 0) = max(0.0_wp, 1.0_wp - abs(place)) ! corners may lie a rounding beyond the next node
+         hat(p, 0) = max(0.0_wp, 1.0_wp - abs(place)) ! round-off may put corners just beyond the next node
          hat(p, 1) = max(0.0_wp, place)
       end do
    end subroutine hats
 
-   !> From the hat function of a node at the corners; u and w: rows of the inverse of the matrix of the edges,
-   !> over 4 and in 1/m.
+   !> Weight and gradient from the hat function of a node at the corners; u and w: rows of the inverse of the
+   !> matrix of the edges, divided by 4 and in 1/m.
    pure elemental subroutine mean_of_four(h1, h2, h3, h4, ux, uz, wx, wz, weight, x, z)
       real(wp), intent(in) :: h1, h2, h3, h4, ux, uz, wx, wz
       real(wp), intent(out) :: weight, x, z

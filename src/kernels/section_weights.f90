@@ -1,6 +1,6 @@
-!> What a section changes between particles and nodes (theory.md, Sections). The plane j of the section has
-!> all of a particle's weight along y. Where the body is one of revolution the slope along y of that weight
-!> is 1/r: what kernels make with it is the hoop's part of forces and of the velocity gradient.
+!> Changes to P2G and G2P for sections (theory.md, Sections). The plane j of the section has all of a
+!> particle's weight along y. For a body of revolution the gradient along y of that weight is 1/r: kernels
+!> thus compute the hoop part of forces and of the velocity gradient.
 module m_section_weights
    use m_kinds, only: wp
    implicit none
@@ -9,8 +9,8 @@ module m_section_weights
 
 contains
 
-   !> Weights and slopes (1/m) along y of one layer of particles on a node plane: all on that, with the slope
-   !> 1/r of a ring of radius r, or none where nothing is said of radii.
+   !> Weights and gradients (1/m) along y of one layer of particles on a node plane: full weight on that
+   !> plane, with the gradient 1/r of a ring of radius r, or 0 without `radius`.
    pure subroutine set_plane(count, weight, slope, radius)
       integer, intent(in) :: count
       real(wp), intent(inout) :: weight(:, -1:), slope(:, -1:) !< (:, -1:1), by particle and node
@@ -28,12 +28,12 @@ contains
       if (present(radius)) slope(:count, 0) = 1.0_wp/radius(:count)
    end subroutine set_plane
 
-   !> Slopes along the radius of boxes whose material stands on rings: mean of N' over the ring, which is that
-   !> over the box and mean((r - r_p) N')/r_p. With the weights over r_p for the hoop they are what makes a
-   !> uniform pressure a force of the surface alone.
+   !> Radial gradients of the weights of boxes that represent rings: mean of N' over the ring, equal to that
+   !> over the box plus mean((r - r_p) N')/r_p. With the weights over r_p for the hoop, a uniform pressure
+   !> then gives forces at the surface only.
    pure subroutine add_ring_slopes(count, offset, half, radius, per_cell, slope)
       integer, intent(in) :: count
-      real(wp), intent(in), contiguous :: offset(:) !< from the node in the middle, cells
+      real(wp), intent(in), contiguous :: offset(:) !< from the nearest node, cells
       real(wp), intent(in), contiguous :: half(:)   !< half sizes along the radius, m
       real(wp), intent(in), contiguous :: radius(:) !< m
       real(wp), intent(in) :: per_cell              !< 1/m
@@ -56,14 +56,14 @@ contains
       end do
    end subroutine add_ring_slopes
 
-   !> A box or a parallelogram of half the size `reach` along the radius is drawn in until it does not go
-   !> beyond the axis: the factor.
+   !> Factor by which a box or a parallelogram of half size `reach` along the radius is shrunk so that it does
+   !> not extend beyond the axis.
    pure elemental real(wp) function within_axis(radius, reach) result(factor)
-      real(wp), intent(in) :: radius, reach !< of one unit; a reach above 0
+      real(wp), intent(in) :: radius, reach !< in the same unit; reach above 0
       factor = min(1.0_wp, radius/reach)
    end function within_axis
 
-   !> The force that goes with the slope along y is that of the hoop stress, against the radius.
+   !> The force with the gradient along y is that of the hoop stress, against the radius.
    pure subroutine take_hoop_force(count, force)
       integer, intent(in) :: count
       real(wp), intent(inout) :: force(:, :, :) !< (components, axes, particles), N m
@@ -73,7 +73,8 @@ contains
       end do
    end subroutine take_hoop_force
 
-   !> What came with the slope along y is v_r/r, the rate of the hoop strain; v_z/r is none.
+   !> The component with the gradient along y is v_r/r, the rate of the hoop strain; v_z/r is not a strain
+   !> rate.
    pure subroutine take_hoop_rate(count, gradient)
       integer, intent(in) :: count
       real(wp), intent(inout) :: gradient(:, :) !< (:, 9), d v_i / d x_j at 3 (j-1) + i, 1/s
@@ -85,15 +86,15 @@ contains
       end do
    end subroutine take_hoop_rate
 
-   !> The same in the diagonal of a stiffness, whose moduli are those of m_static_transfer: what goes with the
-   !> square of the slope along y is the hoop's own modulus. What mixes it with other slopes is left out; the
-   !> diagonal is that of a preconditioner.
+   !> The same for the diagonal of a stiffness with the moduli of m_static_transfer: the term with the square
+   !> of the gradient along y is the hoop's own modulus. Products with other gradients are left out: the
+   !> diagonal is only a preconditioner.
    pure subroutine take_hoop_modulus(modulus)
       real(wp), intent(inout) :: modulus(27) !< of component a: b and d at 9 (a-1) + 3 (d-1) + b, J
       modulus(5) = modulus(14)
       modulus([2, 4, 6, 8]) = 0.0_wp
-      modulus(10:18) = 0.0_wp            ! nothing moves along y
-      modulus([20, 22, 23, 24, 26]) = 0.0_wp ! no strain is v_z/r
+      modulus(10:18) = 0.0_wp            ! no motion along y
+      modulus([20, 22, 23, 24, 26]) = 0.0_wp ! v_z/r is no strain
    end subroutine take_hoop_modulus
 
 end module m_section_weights

@@ -1,4 +1,4 @@
-!> What a stress that is not symmetric, and the diagonal of its stiffness, give to the nodes (theory.md, eqs
+!> Nodal forces of a stress that is not symmetric, and the diagonal of its stiffness (theory.md, eqs
 !> static-residual, static-diagonal).
 module m_static_transfer
    use m_kinds, only: wp
@@ -19,8 +19,8 @@ module m_static_transfer
 
 contains
 
-   !> Add to the forces of a block's node tile what the listed particles give: sum over b of force(ab)
-   !> dS/dx_b, `force` at 3 (b-1) + a, minus volume times stress, N m.
+   !> Add the forces of the listed particles to a block's node tile: sum over b of force(ab) dS/dx_b, `force`
+   !> at 3 (b-1) + a, minus volume times stress, N m.
    pure subroutine p2g_stress(cells, column, layout, frame, force, tile)
       type(cell_list_t), intent(in) :: cells
       real(wp), intent(in), contiguous :: column(:, :)
@@ -66,7 +66,7 @@ contains
       end do
    end subroutine p2g_stress
 
-   !> The same of a section.
+   !> The same for a section.
    pure subroutine p2g_plane_stress(cells, column, layout, frame, force, tile)
       type(cell_list_t), intent(in) :: cells
       real(wp), intent(in), contiguous :: column(:, :)
@@ -140,7 +140,7 @@ contains
       end do
    end subroutine p2g_diagonal
 
-   !> Slopes of particle m of a chunk on its 27 nodes, x fastest, 1/m.
+   !> Gradients of the weights of particle m of a chunk on its 27 nodes, x fastest, 1/m.
    pure subroutine slopes_of_box(stencil, m, slope)
       type(stencil_t), intent(in) :: stencil
       integer, intent(in) :: m

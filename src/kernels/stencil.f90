@@ -1,5 +1,5 @@
-!> Weights of particles on the 27 nodes around their bins, in chunks of those that are gone through; where a
-!> block stands.
+!> Weights of particles on the 27 nodes around their bins, in chunks of the traversed particles; position of a
+!> block.
 module m_stencil
    use m_kinds, only: wp, i4
    use m_constants, only: block_size, short_of
@@ -12,36 +12,37 @@ module m_stencil
              hat_weights, gimp_weights
 
    integer, parameter, public :: batch = 8    !< particles in one vector
-   integer, parameter, public :: chunk = 64 !< particles handled together: their weights stay in the
+   integer, parameter, public :: chunk = 64 !< particles processed together: their weights stay in the
                                             !< first-level cache
 
-   !> Where a block stands and how large its cells are.
+   !> Position of a block and the size of its cells.
    type :: frame_t
-      real(wp) :: origin(3) !< place of the block's first node, m
+      real(wp) :: origin(3) !< position of the block's first node, m
       real(wp) :: cell      !< m
       real(wp) :: per_cell  !< 1/m
    end type frame_t
 
-   !> Up to `chunk` particles that are gone through after each other, whatever their bins: weights (1) and
-   !> slopes (1/m), by particle, node (-1, 0, 1) and axis; and the offset from the nearest node (cells).
-   !> Vectors may read `batch` - 1 beyond the last, where something stands from before: kernels keep theirs
-   !> from call to call (Makefile). There are no defaults, for they would be set again in every call.
+   !> Up to `chunk` consecutive particles, of any bins: weights (1) and gradients (1/m), by particle, node
+   !> (-1, 0, 1) and axis; and the offset from the nearest node (cells). Vectors may read up to `batch` - 1
+   !> entries beyond the last, which hold old values: kernels keep their stencils from call to call
+   !> (Makefile). There are no default values, as they would be set again in every call.
    type :: stencil_t
       real(wp) :: weight(chunk + batch, -1:1, 3)
       real(wp) :: slope(chunk + batch, -1:1, 3)
       real(wp) :: offset(chunk + batch, 3)
       integer :: count
       integer(i4) :: member(chunk)            !< number of the particle in the block
-      logical :: in_order                     !< the particles follow each other in memory too
+      logical :: in_order                     !< the particles are consecutive in memory too
       integer :: runs                         !< runs of particles of one bin
-      integer :: run_place(3, chunk)     !< their bins' places in the block, from 0: also the lowest of the 27
-                                         !< nodes in the tile
-      integer(i4) :: run_first(chunk + 1)     !< of the chunk's particles; run r ends before run_first(r + 1)
+      integer :: run_place(3, chunk)     !< indices of their bins in the block, from 0: also the lowest of the
+                                         !< 27 nodes in the tile
+      integer(i4) :: run_first(chunk + 1)     !< first particle of each run in the chunk; run r ends before
+                                              !< run_first(r + 1)
    end type stencil_t
 
 contains
 
-   !> Fill the stencil with the particles from the `first` on of those that are gone through.
+   !> Set the stencil for the traversed particles from the `first` on.
    pure subroutine set_stencil(stencil, cells, first, column, layout, frame)
       type(stencil_t), intent(inout) :: stencil
       type(cell_list_t), intent(in) :: cells
@@ -62,7 +63,7 @@ contains
       do axis = 1, 3
          if (layout%half_sizes) then
             call fetch(stencil, column(:, layout%half_size + axis - 1), half)
-            ! a longer one is about to be split
+            ! a longer one will be split
             half(:stencil%count) = min(short_of*half(:stencil%count), 0.5_wp*frame%cell)
          end if
          if (stencil%in_order) then
@@ -75,7 +76,7 @@ contains
       end do
    end subroutine set_stencil
 
-   !> The same of a section.
+   !> The same for a section.
    pure subroutine set_section(stencil, column, layout, frame, node)
       type(stencil_t), intent(inout) :: stencil
       real(wp), intent(in), contiguous :: column(:, :)
@@ -93,7 +94,7 @@ contains
       end if
    end subroutine set_section
 
-   !> Of a section, along the axes of its plane.
+   !> For a section, along the axes of its plane.
    pure subroutine set_section_axes(stencil, column, layout, frame, node)
       type(stencil_t), intent(inout) :: stencil
       real(wp), intent(in), contiguous :: column(:, :)
@@ -107,20 +108,21 @@ contains
          call fetch(stencil, column(:, layout%half_size + merge(axis - 1, 0, layout%half_sizes)), half)
          if (layout%half_sizes) half(:n) = min(short_of*half(:n), 0.5_wp*frame%cell)
          call fetch(stencil, column(:, layout%position + axis - 1), place)
-         if (axis == 1 .and. layout%section%is_round()) half(:n) = min(half(:n), place(:n)) ! not beyond it
+         if (axis == 1 .and. layout%section%is_round()) half(:n) = min(half(:n), place(:n)) ! not beyond the
+                                                                                            ! axis
          call set_axis(stencil, axis, place(:n), half, node(:, axis), frame)
          if (axis == 1 .and. layout%section%is_round()) &
             call add_ring_slopes(n, stencil%offset(:, 1), half, place, frame%per_cell, stencil%slope(:, :, 1))
       end do
    end subroutine set_section_axes
 
-   !> Weights, slopes and offsets along one axis.
+   !> Weights, gradients and offsets along one axis.
    pure subroutine set_axis(stencil, axis, place, half, node, frame)
       type(stencil_t), intent(inout) :: stencil
       integer, intent(in) :: axis
       real(wp), intent(in), contiguous :: place(:) !< of the chunk's particles along the axis, m
       real(wp), intent(in) :: half(chunk)          !< their half sizes, m
-      real(wp), intent(in) :: node(chunk) !< the place of the node in the middle of their bins, in cells
+      real(wp), intent(in) :: node(chunk) !< position of the nodes of their bins, in cells
       type(frame_t), intent(in) :: frame
       real(wp) :: offset
       integer :: p
@@ -137,8 +139,8 @@ contains
       end do
    end subroutine set_axis
 
-   !> The particles from the `first` on of those that are gone through, their runs, and the node in the middle
-   !> of each one's bin; no weights.
+   !> List the traversed particles from the `first` on, their runs, and the node of each one's bin; no
+   !> weights.
    pure subroutine list_chunk(stencil, cells, first, node)
       type(stencil_t), intent(inout) :: stencil
       type(cell_list_t), intent(in) :: cells
@@ -179,7 +181,7 @@ contains
       end do
    end subroutine list_chunk
 
-   !> Of each particle of the chunk the lowest of the 27 nodes in the block's tile.
+   !> For each particle of the chunk the lowest of the 27 nodes in the block's tile.
    pure subroutine set_places(stencil, place)
       type(stencil_t), intent(in) :: stencil
       integer, intent(inout) :: place(3, chunk)
@@ -209,7 +211,7 @@ contains
       end if
    end subroutine fetch
 
-   !> Place of a bin (from 1) in its block, from 0: also the lowest of the 27 nodes in the block's tile.
+   !> Index of a bin (from 1) in its block, from 0: also the lowest of the 27 nodes in the block's tile.
    pure function bin_place(bin) result(place)
       integer, intent(in) :: bin
       integer :: place(3)
@@ -218,9 +220,10 @@ contains
    end function bin_place
 
    !> The cell around a point and the hat functions of its nodes there. The point belongs to a particle of the
-   !> bin around `node`, and is kept within that bin's nodes, however far the particle has been stretched.
+   !> bin around `node`, and is moved into the cells around that node, however far the particle has been
+   !> stretched.
    pure subroutine hat_weights(node, place, corner, weight)
-      integer, intent(in) :: node(3)           !< in the middle of the bin, in its block, from 0
+      integer, intent(in) :: node(3)           !< node of the bin, in its block, from 0
       real(wp), intent(in) :: place(3)         !< of the point, in cells from the block's first node
       integer, intent(out) :: corner(3)        !< lowest node of the cell, in the block, from 0
       real(wp), intent(out) :: weight(0:1, 3)  !< by axis
@@ -231,15 +234,15 @@ contains
       weight(0, :) = 1.0_wp - weight(1, :)
    end subroutine hat_weights
 
-   !> Weights and slopes on the nodes at -1, 0, +1 cells from the nearest node, without branches.
+   !> Weights and gradients on the nodes at -1, 0, +1 cells from the nearest node, without branches.
    !> Bardenhagen and Kober (2004), integrated for a hat function and a particle of half size not above half a
    !> cell.
    pure elemental subroutine gimp_weights(offset, half_size, lower, middle, upper, slope_lower, slope_upper)
-      real(wp), intent(in) :: offset    !< place relative to the node in the middle, in cells
+      real(wp), intent(in) :: offset    !< position relative to the nearest node, in cells
       real(wp), intent(in) :: half_size !< half the edge, in cells, above 0, |offset| + half_size <= 1
       real(wp), intent(out) :: lower, middle, upper     !< weights
-      real(wp), intent(out) :: slope_lower, slope_upper !< d weight / d place, 1/cell; the middle one is minus
-                                                        !< their sum
+      real(wp), intent(out) :: slope_lower, slope_upper !< d weight / d position, 1/cell; the middle one is
+                                                        !< minus their sum
       real(wp) :: reach, overlap, per_edge
       per_edge = 0.5_wp/half_size
       reach = max(0.0_wp, half_size - offset)

@@ -1,7 +1,7 @@
-!> Recovered stress (theory.md, eq. recovered): particles give their stress, weighed by volume, to their
-!> nodes, and take back what a straight line through the nodes' means makes at their places, with the weights
-!> of the step. A node's mean stands at the mean place of what gave to it, not at the node: next to a free
-!> surface that is half a cell away.
+!> Recovered stress (theory.md, eq. recovered): stresses of particles, weighted by volume, are averaged at
+!> their nodes; at a particle a linear function fitted to the nodes' means is evaluated, with the weights of
+!> the step. A node's mean is placed at the mean position of its contributions, not at the node: next to a
+!> free surface that is half a cell away.
 module m_stress_recovery
    use m_kinds, only: wp
    use m_vectors, only: cross
@@ -15,27 +15,28 @@ module m_stress_recovery
    private
    public :: give_stress, take_stress, make_means
 
-   real(wp), parameter :: damping = 1.0e-3_wp !< how little a body may be spread along an axis, squared, for
-                                              !< its slope along it to count: in a sheet of one particle none
+   real(wp), parameter :: damping = 1.0e-3_wp !< square of the spread of a body along an axis, in cells, below
+                                              !< which its gradient along it does not count: zero in a sheet
+                                              !< of one particle
 
-   !> The weights of a chunk of particles on the 27 nodes around each of them, whatever their domains are.
+   !> The weights of a chunk of particles on the 27 nodes around each of them, for any kind of domain.
    type :: shares_t
       type(stencil_t) :: stencil
       type(corner_stencil_t) :: corners
       type(corner_weights_t) :: weights
       integer :: count = 0, member(chunk) = 0
       integer :: place(3, chunk) = 0     !< lowest of the 27 nodes in the tile
-      real(wp) :: offset(3, chunk) = 0.0_wp !< of the particle from the node in the middle, cells
+      real(wp) :: offset(3, chunk) = 0.0_wp !< of the particle from the nearest node, cells
       real(wp) :: share(27, chunk) = 0.0_wp !< x fastest
       real(wp) :: slope(3, 27, chunk) = 0.0_wp !< 1/m
    end type shares_t
 
 contains
 
-   !> Set a block's tiles to what its own particles give: volume (m3) and volume times their place from the
-   !> node (m4); volume and volume times stress (J).
+   !> Set a block's tiles to the contributions of its own particles: volume (m3) and volume times their
+   !> position from the node (m4); volume and volume times stress (J).
    subroutine give_stress(cells, column, layout, frame, sides, places, stresses)
-      type(cell_list_t), intent(in) :: cells !< whose particles are gone through
+      type(cell_list_t), intent(in) :: cells !< lists the particles to traverse
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
@@ -66,11 +67,11 @@ contains
       end do
    end subroutine give_stress
 
-   !> What one particle gives to its 27 nodes, one lane a node value.
+   !> Add the contributions of one particle to its 27 nodes, one lane a node value.
    pure subroutine give_to_nodes(volume, from, node, given, share, place, places, stresses)
       real(wp), intent(in) :: volume                              !< m3
-      real(wp), intent(in), dimension(node_values) :: from, given !< 1 and place, m; 1 and stress, Pa
-      real(wp), intent(in) :: node(node_values, 27)               !< 0 and places of the nodes, m
+      real(wp), intent(in), dimension(node_values) :: from, given !< 1 and position, m; 1 and stress, Pa
+      real(wp), intent(in) :: node(node_values, 27)               !< 0 and positions of the nodes, m
       real(wp), intent(in) :: share(27)
       integer, intent(in) :: place(3)                             !< lowest of the nodes
       real(wp), intent(inout), dimension(node_values, 0:tile_last, 0:tile_last, 0:tile_last) :: places, &
@@ -93,7 +94,8 @@ contains
       end do
    end subroutine give_to_nodes
 
-   !> The places of the 27 nodes from the one in the middle, m, where a node has its own.
+   !> The positions of the 27 nodes relative to the nearest node, m, stored in the components of a node's
+   !> position.
    pure function places_of_nodes(cell) result(node)
       real(wp), intent(in) :: cell !< m
       real(wp) :: node(node_values, 27)
@@ -104,11 +106,11 @@ contains
       end do
    end function places_of_nodes
 
-   !> At a side nodes are given as much by all that is in the cell beside it: what alternates in a cell has no
-   !> other cell there that it is averaged with.
+   !> Nodes on a side of the grid get the full weight of particles in the cell beside it: a pattern that
+   !> alternates within a cell has no other cell there to average it out.
    pure subroutine even_out(sides, place, offset, share)
       integer, intent(in) :: sides(2, 3), place(3) !< planes; lowest of the 27 nodes
-      real(wp), intent(in) :: offset(3)            !< cells from the node in the middle
+      real(wp), intent(in) :: offset(3)            !< cells from the nearest node
       real(wp), intent(inout) :: share(0:26)       !< x fastest
       integer, parameter :: stride(3) = [1, 3, 9]
       integer :: axis, b, c, first, layer, side
@@ -127,14 +129,14 @@ contains
       end do
    end subroutine even_out
 
-   !> The recovered stress (Pa) of the particles that are gone through, from the nodes' means.
+   !> The recovered stress (Pa) of the traversed particles, from the nodes' means.
    subroutine take_stress(cells, column, layout, frame, places, stresses, stress)
       type(cell_list_t), intent(in) :: cells
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
       real(wp), intent(in), dimension(node_values, 0:tile_last, 0:tile_last, 0:tile_last) :: places, stresses
-      real(wp), intent(inout) :: stress(:, :) !< (6, particles), in their order of storage
+      real(wp), intent(inout) :: stress(:, :) !< (6, particles), in storage order
       type(shares_t) :: shares
       real(wp), dimension(node_values, 0:3) :: mean, from
       integer :: first, m
@@ -155,7 +157,8 @@ contains
       end do
    end subroutine take_stress
 
-   !> What one particle takes of its 27 nodes' values, one lane a value, and the slopes along the axes (1/m).
+   !> Sum the values of the 27 nodes at one particle, one lane a value, with the weights and their gradients
+   !> along the axes (1/m).
    pure subroutine take_from_nodes(share, slope, place, tile, taken)
       real(wp), intent(in) :: share(27), slope(3, 27)
       integer, intent(in) :: place(3) !< lowest of the nodes
@@ -188,7 +191,7 @@ contains
       end do
    end subroutine take_from_nodes
 
-   !> Of sums over all that gave to a node, the means; the volume stays.
+   !> Convert sums over all contributions to a node to means; the volume is kept.
    pure subroutine make_means(tile)
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       integer :: i, j, k
@@ -201,7 +204,7 @@ contains
       end do
    end subroutine make_means
 
-   !> x for which |A x - b|^2 + damping |x|^2 is least.
+   !> x that minimises |A x - b|^2 + damping |x|^2.
    pure function least_squares(a, b) result(x)
       real(wp), intent(in) :: a(3, 3), b(3)
       real(wp) :: x(3), normal(3, 3), right(3)
@@ -214,7 +217,7 @@ contains
       x = x/dot_product(normal(:, 1), cross(normal(:, 2), normal(:, 3)))
    end function least_squares
 
-   !> Weights of the particles from place `first` of the list on.
+   !> Weights of the particles from position `first` of the list on.
    subroutine set_shares(shares, cells, first, column, layout, frame)
       type(shares_t), intent(inout) :: shares
       type(cell_list_t), intent(in) :: cells
@@ -236,7 +239,7 @@ contains
             shares%slope(:, :, m) = transpose(corner_slopes(shares%weights, shares%corners, m, &
                                                              frame%per_cell))
          end do
-         if (layout%section%is_flat()) shares%slope(2, :, :shares%count) = 0.0_wp ! no place lies across it
+         if (layout%section%is_flat()) shares%slope(2, :, :shares%count) = 0.0_wp ! no gradient across it
          return
       end if
       call set_stencil(shares%stencil, cells, first, column, layout, frame)
