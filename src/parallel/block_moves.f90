@@ -1,7 +1,7 @@
-!> What a partition of the blocks leaves to be gained, and what it costs to get there. METIS balances each
-!> constraint in itself and up to a tolerance, and numbers its parts as it likes; a step takes as long as the
-!> slowest rank of each constraint. Where blocks are few, moves of single blocks shorten it by some per cent;
-!> where blocks have a rank already, they are often all that is needed.
+!> Improve a partition of the blocks by moving single blocks, including the cost of moving. METIS balances
+!> each constraint separately, up to a tolerance, and numbers its parts arbitrarily; a step takes as long as
+!> the slowest rank of each constraint. Where blocks are few, moves of single blocks shorten it by some per
+!> cent; where blocks have a rank already, they are often sufficient.
 module m_block_moves
    use m_kinds, only: wp, i8
    use m_sorting, only: sorted_order
@@ -11,19 +11,19 @@ module m_block_moves
 
    real(wp), parameter :: worth_while = 1.0e-4_wp !< of a step
 
-   !> Blocks as METIS takes them, and the step they make.
+   !> The graph of the blocks for METIS, and the costs that make up a step.
    type :: block_graph_t
       integer, allocatable :: offsets(:), adjacent(:), edge_weights(:) !< CSR, from 0
       integer, allocatable :: weight(:, :) !< (constraints, blocks)
-      real(wp), allocatable :: times(:)    !< (constraints): how often that is done
-      real(wp) :: edge_cost = 0.0_wp       !< of each weight of an edge between ranks
-      integer, allocatable :: home(:) !< (blocks): ranks on which they are now; not allocated where they are
-                                      !< on none
-      real(wp) :: move_cost = 0.0_wp !< of each weight that goes to another rank, in every step that the
-                                     !< partition is for
+      real(wp), allocatable :: times(:)    !< (constraints): how often a step does this work
+      real(wp) :: edge_cost = 0.0_wp       !< cost of a unit of weight of an edge between ranks
+      integer, allocatable :: home(:) !< (blocks): ranks on which they are now; not allocated where they have
+                                      !< none yet
+      real(wp) :: move_cost = 0.0_wp !< cost of a unit of weight that moves to another rank, spread over the
+                                     !< steps of the partition
    end type block_graph_t
 
-   !> A block that goes to another rank.
+   !> A block that moves to another rank.
    type :: change_t
       real(wp) :: gain = 0.0_wp
       integer :: block = 0, to = -1
@@ -31,9 +31,10 @@ module m_block_moves
 
 contains
 
-   !> Hand single blocks of the slowest ranks to ranks next to them, until no step becomes shorter by that:
-   !> sum over constraints of times * slowest rank, plus edge_cost * cut. Each change must also be worth its
-   !> move_cost to its two ranks: what the slowest of many has too much, the next has almost.
+   !> Move single blocks of the slowest ranks to neighbouring ranks, until no move shortens a step: sum over
+   !> constraints of times * slowest rank, plus edge_cost * cut. Each move must also save its two ranks more
+   !> than its move_cost: if many ranks are about equally slow, the next slowest would take all but a little
+   !> of the gain.
    pure subroutine shorten_step(graph, ranks, part)
       type(block_graph_t), intent(in) :: graph
       integer, intent(in) :: ranks
@@ -66,9 +67,8 @@ contains
       end do
    end subroutine shorten_step
 
-   !> A step, and a step's share of the moves that lead to the partition: sum over constraints of times *
-   !> slowest rank, edge_cost * cut, and move_cost times what leaves and enters the rank that has most to
-   !> move.
+   !> Cost of a step, plus its share of the moves that lead to the partition: sum over constraints of times *
+   !> slowest rank, edge_cost * cut, and move_cost times the largest weight that leaves and enters a rank.
    pure real(wp) function step_length(graph, ranks, part) result(length)
       type(block_graph_t), intent(in) :: graph
       integer, intent(in) :: ranks, part(:) !< as in shorten_step
@@ -96,7 +96,7 @@ contains
       busiest = dot_product(graph%times, maxval(load_of(graph, ranks, part), dim=2))
    end function busiest
 
-   !> The same if all ranks had the same share of each.
+   !> The same if the work of each constraint were shared evenly.
    pure real(wp) function evenly_shared(graph, ranks)
       type(block_graph_t), intent(in) :: graph
       integer, intent(in) :: ranks
@@ -115,8 +115,8 @@ contains
       end do
    end function load_of
 
-   !> Number the parts so that much stays where it is: what a part and a rank have in common decides, the
-   !> largest first.
+   !> Renumber the parts so that blocks stay on their ranks as far as possible: the largest common weight of a
+   !> part and a rank is matched first.
    pure subroutine stay_at_home(graph, ranks, part)
       type(block_graph_t), intent(in) :: graph
       integer, intent(in) :: ranks
@@ -158,7 +158,7 @@ contains
       part = name(part)
    end subroutine stay_at_home
 
-   !> Hand a block to a rank.
+   !> Move a block to a rank.
    pure subroutine give(block, to, work, load, part)
       integer, intent(in) :: block, to, work(:)
       real(wp), intent(inout) :: load(:, 0:)
@@ -176,7 +176,7 @@ contains
       blocks = pack([(i, i=1, size(part))], part == rank)
    end function blocks_of
 
-   !> Look at the single blocks that rank r can hand to rank s; keep what gains most.
+   !> Find the single block whose move from rank r to rank s gains most.
    pure subroutine look_between(graph, part, load, r, s, mine, best)
       type(block_graph_t), intent(in) :: graph
       integer, intent(in) :: part(:), r, s, mine(:)
@@ -197,14 +197,14 @@ contains
          after = max(load(:, r) - work, load(:, s) + work)
          gain = sum(graph%times*(max(others, before) - max(others, after))) - graph%edge_cost*cut
          if (gain <= best%gain) cycle
-         ! and the two ranks gain more than it costs to move
+         ! the two ranks must gain more than the move costs
          if (graph%move_cost > 0.0_wp .and. &
              sum(graph%times*(before - after)) <= graph%edge_cost*cut + graph%move_cost*sum(work)) cycle
          best = change_t(gain, mine(i), s)
       end do
    end subroutine look_between
 
-   !> What the cut grows by when a block goes from its rank to another.
+   !> Growth of the cut when a block moves from its rank to another.
    pure integer function pull_of(graph, part, block, home, abroad)
       type(block_graph_t), intent(in) :: graph
       integer, intent(in) :: part(:), block, home, abroad

@@ -1,5 +1,4 @@
-!> The blocks of a rank: those it owns, ghosts of its neighbours' next to them, and how all of them are
-!> numbered.
+!> The blocks of a rank: own blocks, ghosts of neighbouring blocks of other ranks, and their numbering.
 module m_decomposition
    use m_kinds, only: wp
    use m_node_values, only: tile_last
@@ -11,8 +10,8 @@ module m_decomposition
 
 contains
 
-   !> Number of the block of level l with index 1 among the blocks of all levels, minus 1: levels one after
-   !> the other.
+   !> Offset of level l in the numbering of all blocks, level after level: the number of the block with index
+   !> 1, minus 1.
    pure integer function blocks_before(levels, l) result(before)
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: l
@@ -23,10 +22,10 @@ contains
       end do
    end function blocks_before
 
-   !> The owners of the blocks of every level from those of all.
+   !> Set the owners of the blocks of every level from those of all.
    subroutine set_owners(levels, owner)
       type(level_t), intent(inout) :: levels(:)
-      integer, intent(in) :: owner(:) !< by the numbers of the blocks; -1 where there is none
+      integer, intent(in) :: owner(:) !< by the numbers of the blocks; -1 where there is no block
       integer :: l
       do l = 1, size(levels)
          levels(l)%owner = owner(blocks_before(levels, l) + 1:blocks_before(levels, l + 1))
@@ -42,9 +41,8 @@ contains
       end do
    end function all_owners
 
-   !> Make this rank's blocks, ghosts, slots and pools fit the owners. Blocks that stay keep their particles;
-   !> blocks that are new here are empty; the particles of blocks that went elsewhere must have been taken out
-   !> before.
+   !> Adapt this rank's blocks, ghosts, slots and pools to the owners. Blocks that stay keep their particles;
+   !> new blocks are empty; the particles of blocks that moved away must have been taken out before.
    subroutine settle_blocks(level, rank)
       type(level_t), intent(inout) :: level
       integer, intent(in) :: rank
@@ -66,7 +64,7 @@ contains
       call level%size_work()
    end subroutine settle_blocks
 
-   !> The place of each block among those that were there before, both by rising index; 0 where it was not.
+   !> The position of each block in the old list, both lists by rising index; 0 where it is new.
    pure subroutine find_old(before, blocks, old)
       type(block_t), intent(in) :: before(:), blocks(:)
       integer, intent(inout) :: old(:)
@@ -82,10 +80,10 @@ contains
       end do
    end subroutine find_old
 
-   !> Tiles for all slots: those that hold go with their blocks, others may hold anything, everywhere.
+   !> Tiles for all slots: tiles in use move with their blocks, the others have undefined contents.
    subroutine make_pools(level, old)
       type(level_t), intent(inout) :: level
-      integer, intent(in) :: old(:) !< places of the blocks' tiles before, rising; or 0
+      integer, intent(in) :: old(:) !< old positions of the blocks' tiles, rising; or 0
       integer, allocatable :: extent(:, :, :)
       logical :: holds(size(level%blocks))
       integer :: b, slots
@@ -105,8 +103,8 @@ contains
       call move_tiles(level%nodes, old, holds)
    end subroutine make_pools
 
-   !> Tiles that hold go from their old places to those of their blocks. Both rise, so that none is in the way
-   !> of another: first all that go down, from the lowest on, then all that go up, from the highest on.
+   !> Move tiles in use from their old positions to those of their blocks. Both rise, so no tile overwrites
+   !> another: first all that move down, from the lowest on, then all that move up, from the highest on.
    pure subroutine move_tiles(pool, old, holds)
       real(wp), intent(inout), contiguous :: pool(:, :, :, :, :)
       integer, intent(in) :: old(:)
@@ -140,7 +138,7 @@ contains
    end subroutine find_own
 
    !> Of the own blocks from a block to its neighbour in the n-th of 27 directions, both included, the one
-   !> whose turn comes first: those without remote neighbours go first, each part by rising index.
+   !> that is processed first: those without remote neighbours first, each part by rising index.
    pure integer function first_between(blocks, neighbour, n) result(first)
       type(block_t), intent(in) :: blocks(:)
       integer, intent(in) :: neighbour(27), n !< slots
@@ -163,8 +161,8 @@ contains
       end do
    end function first_between
 
-   !> Ghosts of the remote neighbours, slots of all, each block's table of neighbours, and the order in which
-   !> blocks are gone through where messages are on their way.
+   !> Set up ghosts of the remote neighbours, slots of all, each block's table of neighbours, and the order in
+   !> which blocks are processed while messages are under way.
    subroutine find_ghosts(level, rank)
       type(level_t), intent(inout) :: level
       integer, intent(in) :: rank
@@ -199,7 +197,7 @@ contains
             level%blocks(b)%owns_shared_sum(n) = n /= 14 .and. b == first_between(level%blocks, &
                   level%blocks(b)%neighbour, n)
          end do
-         if (level%grid%section%is_flat()) & ! the plane's nodes are those shared with what lies below it
+         if (level%grid%section%is_flat()) & ! the plane's nodes are those shared with the block below
             level%blocks(b)%owns_shared_sum = level%blocks(b)%owns_shared_sum .and. directions(2, :) == -1
       end do
       level%interior_first = [pack([(b, b=1, size(level%blocks))], .not. level%blocks%shared), &
@@ -208,7 +206,7 @@ contains
       level%near%ranks = find_near_ranks(level, rank)
    end subroutine find_ghosts
 
-   !> Owners of a field's blocks around a place, in the 27 directions; -1 where there is none.
+   !> Owners of a field's blocks around a block position, in the 27 directions; -1 where there is none.
    pure function owners_around(level, place, field) result(owners)
       type(level_t), intent(in) :: level
       integer, intent(in) :: place(3), field
@@ -218,7 +216,8 @@ contains
       end do
    end function owners_around
 
-   !> Other ranks, rising, that own blocks of any field at the places of this one's blocks or next to them.
+   !> Other ranks, rising, that own blocks of any field at the positions of this rank's blocks or next to
+   !> them.
    pure function find_near_ranks(level, rank) result(near)
       type(level_t), intent(in) :: level
       integer, intent(in) :: rank

@@ -1,5 +1,5 @@
-!> Halo fill by coarrays (Fortran 2008), in place of m_halo of halo_mpi.f90: `make HALO=coarray`. A rank
-!> gathers what a neighbour needs and puts it into its place in the neighbour's inbox, which all images have
+!> Halo exchange by coarrays (Fortran 2008), in place of m_halo of halo_mpi.f90: `make HALO=coarray`. A rank
+!> gathers the values that a neighbour needs and puts them into the neighbour's inbox, which all images have
 !> allocated with the same shape. Image i is rank i - 1.
 module m_halo
    use mpi_f08, only: MPI_Sendrecv, MPI_INTEGER8, MPI_STATUS_IGNORE
@@ -10,18 +10,19 @@ module m_halo
    private
    public :: halo_t
 
-   !> What neighbours have put here: two columns each halo, used in turn, for a neighbour may still read what
-   !> it got last, but has synchronised since it read what it got before that.
+   !> Values received from neighbours: two columns each halo, used in turn, since a neighbour may still be
+   !> reading its last values, but has synchronised since it read the ones before.
    real(wp), allocatable :: inbox(:, :)[:]
-   logical, allocatable :: taken(:) !< by numbers of halos
+   logical, allocatable :: taken(:) !< by halo number
 
    type :: halo_t
-      integer(i8) :: held = 0                       !< memory for values on their way (bytes)
-      integer, private :: number = 0                !< columns 2 number - 1, 2 number of the inbox; 0: none
-      integer, private :: turn = 0                  !< exchanges that have begun
+      integer(i8) :: held = 0                       !< memory of send and receive buffers (bytes)
+      integer, private :: number = 0                !< it uses columns 2 number - 1 and 2 number of the inbox;
+                                                    !< 0: none
+      integer, private :: turn = 0                  !< exchanges started
       integer, allocatable, private :: images(:)    !< neighbours
       type(runs_t), allocatable, private :: send(:), receive(:)
-      integer(i8), allocatable, private :: place(:) !< values in each neighbour's inbox before those from here
+      integer(i8), allocatable, private :: place(:) !< offset of this rank's values in each neighbour's inbox
       real(wp), allocatable, private :: gathered(:) !< for one neighbour
    contains
       procedure :: connect
@@ -32,13 +33,13 @@ module m_halo
 
 contains
 
-   !> Collective: the messages to and from so many neighbours, in place of those before. A model of one rank
+   !> Collective: set the messages to and from some neighbours, replacing the old ones. A model of one rank
    !> takes no part.
    subroutine connect(self, communicator, ranks, send, receive)
       class(halo_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       integer, intent(in) :: ranks(:)
-      type(runs_t), intent(in) :: send(:), receive(:) !< by neighbours
+      type(runs_t), intent(in) :: send(:), receive(:) !< by neighbour
       integer(i8) :: before
       integer :: r
       if (communicator%ranks == 1) return
@@ -60,7 +61,7 @@ contains
       self%held = (2*size(inbox, 1, kind=i8) + size(self%gathered, kind=i8))*(storage_size(1.0_wp)/8)
    end subroutine connect
 
-   !> The lowest number that no halo has; the same on all images.
+   !> The lowest number not used by a halo; the same on all images.
    subroutine take_number(number)
       integer, intent(out) :: number
       if (.not. allocated(taken)) allocate (taken(0))
@@ -71,7 +72,7 @@ contains
       taken(number) = .true.
    end subroutine take_number
 
-   !> Collective: an inbox of so many rows for all halos; what was in it is lost.
+   !> Collective: allocate an inbox of `rows` rows for all halos; its old contents are lost.
    subroutine make_room(rows)
       integer(i8), intent(in) :: rows !< the same on all images
       integer(i8) :: wanted
@@ -84,7 +85,7 @@ contains
       allocate (inbox(wanted, 2*size(taken))[*])
    end subroutine make_room
 
-   !> Begin. What is sent has gone on return; until `wait` nobody may ask for what is received.
+   !> Start an exchange. The values have been sent on return; received values must not be read before `wait`.
    subroutine start(self, tiles)
       class(halo_t), intent(inout) :: self
       real(wp), intent(inout), contiguous :: tiles(:, :, :, :, :)
@@ -98,7 +99,7 @@ contains
       end do
    end subroutine start
 
-   !> Until the neighbours have put what is received; it goes to its tiles.
+   !> Wait for the neighbours' values and copy them to their tiles.
    subroutine wait(self, tiles)
       class(halo_t), intent(inout) :: self
       real(wp), intent(inout), contiguous :: tiles(:, :, :, :, :)
@@ -114,13 +115,13 @@ contains
       end do
    end subroutine wait
 
-   !> That of the inbox for the exchange that has begun last.
+   !> Column of the inbox for the exchange started last.
    pure integer function column_of(self)
       type(halo_t), intent(in) :: self
       column_of = 2*self%number - mod(self%turn, 2)
    end function column_of
 
-   !> Runs of a pool of tiles, one after the other, as values.
+   !> Gather runs of a pool of tiles, one after the other, in an array.
    pure subroutine gather(runs, pool, values)
       type(runs_t), intent(in) :: runs
       real(wp), intent(in) :: pool(*)
@@ -136,7 +137,7 @@ contains
       end do
    end subroutine gather
 
-   !> Values to the runs of a pool.
+   !> Scatter an array to the runs of a pool.
    pure subroutine scatter(runs, values, pool)
       type(runs_t), intent(in) :: runs
       real(wp), intent(in) :: values(*)
@@ -152,7 +153,7 @@ contains
       end do
    end subroutine scatter
 
-   !> Collective: give the columns up; the inbox when nobody has any.
+   !> Collective: release the columns; the inbox too when no halo uses it.
    subroutine release(self)
       class(halo_t), intent(inout) :: self
       if (self%number == 0) return

@@ -1,5 +1,5 @@
-!> Halo fill by MPI: one message to and from each neighbour rank, straight from and into the pool of tiles.
-!> What of the pool belongs to a message is an MPI derived datatype, made once a decomposition.
+!> Halo exchange by MPI: one message to and from each neighbour rank, directly from and into the pool of
+!> tiles. The nodes of a message are an MPI derived datatype, built once per decomposition.
 module m_halo
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -10,11 +10,11 @@ module m_halo
    public :: halo_t
 
    type :: halo_t
-      integer(i8) :: held = 0 !< memory for values on their way (bytes): they go from tile to tile
+      integer(i8) :: held = 0 !< memory of send and receive buffers (bytes): none, values go from tile to tile
       type(MPI_Comm), private :: comm = MPI_COMM_NULL
       integer, allocatable, private :: ranks(:)               !< neighbours
-      type(MPI_Datatype), allocatable, private :: sent(:)     !< by neighbours: nodes of own tiles
-      type(MPI_Datatype), allocatable, private :: received(:) !< by neighbours: nodes of ghosts
+      type(MPI_Datatype), allocatable, private :: sent(:)     !< by neighbour: nodes of own tiles
+      type(MPI_Datatype), allocatable, private :: received(:) !< by neighbour: nodes of ghosts
       type(MPI_Request), allocatable, private :: requests(:)
    contains
       procedure :: connect
@@ -25,12 +25,12 @@ module m_halo
 
 contains
 
-   !> The messages to and from so many neighbours, in place of those before.
+   !> Set the messages to and from some neighbours, replacing the old ones.
    subroutine connect(self, communicator, ranks, send, receive)
       class(halo_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       integer, intent(in) :: ranks(:)
-      type(runs_t), intent(in) :: send(:), receive(:) !< by neighbours
+      type(runs_t), intent(in) :: send(:), receive(:) !< by neighbour
       integer :: r
       call self%release()
       self%comm = communicator%comm
@@ -40,7 +40,7 @@ contains
       allocate (self%requests(2*size(ranks)))
    end subroutine connect
 
-   !> Runs of a pool of tiles as a datatype.
+   !> MPI datatype of runs of a pool of tiles.
    type(MPI_Datatype) function datatype(runs)
       type(runs_t), intent(in) :: runs
       integer(MPI_ADDRESS_KIND) :: bytes_before(size(runs%before))
@@ -50,7 +50,8 @@ contains
       call MPI_Type_commit(datatype)
    end function datatype
 
-   !> Begin. Until `wait` nobody may change what is sent, or ask for what is received.
+   !> Start an exchange. Until `wait` the values sent must not be changed, and those received must not be
+   !> read.
    subroutine start(self, tiles)
       class(halo_t), intent(inout) :: self
       real(wp), intent(inout), contiguous, asynchronous :: tiles(:, :, :, :, :)
@@ -64,7 +65,7 @@ contains
       end do
    end subroutine start
 
-   !> Until what was begun is done.
+   !> Wait for the exchange started last.
    subroutine wait(self, tiles)
       class(halo_t), intent(inout) :: self
       real(wp), intent(inout), contiguous, asynchronous :: tiles(:, :, :, :, :)

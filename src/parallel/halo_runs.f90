@@ -1,4 +1,4 @@
-!> Which nodes of the tiles of one rank another rank needs, as runs of values in the pool of tiles.
+!> The nodes of a rank's tiles that another rank needs, as runs of values in the pool of tiles.
 module m_halo_runs
    use m_kinds, only: i8
    use m_node_values, only: node_values, tile_last
@@ -8,18 +8,19 @@ module m_halo_runs
    private
    public :: runs_t, find_neighbours, find_shared
 
-   !> Values that follow each other in a pool of tiles, run by run: what goes from one rank to another.
+   !> Runs of consecutive values in a pool of tiles: the contents of a message.
    type :: runs_t
       integer(i8), allocatable :: before(:) !< values of the pool before each run
       integer, allocatable :: length(:)     !< values in each run
-      integer(i8) :: values = 0             !< of all
+      integer(i8) :: values = 0             !< in all runs
    end type runs_t
 
    integer, parameter :: width = tile_last + 1 !< of a tile
 
 contains
 
-   !> The ranks, rising, of so many that own blocks next to those here: the owners of the level's ghosts.
+   !> The ranks, rising, that own blocks next to those here: the owners of the level's ghosts. `ranks` is the
+   !> number of all ranks.
    pure function find_neighbours(level, ranks) result(neighbours)
       type(level_t), intent(in) :: level
       integer, intent(in) :: ranks

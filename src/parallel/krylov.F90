@@ -1,6 +1,6 @@
-!> Linear systems that are known by their product alone, on PETSc: conjugate gradients, or a method for
+!> Linear systems given by their product only, solved with PETSc: conjugate gradients, or a method for
 !> matrices that are not symmetric, with the diagonal as preconditioner. An error inside PETSc aborts all
-!> ranks with PETSc's own words. Options of PETSc with the prefix -quasi_static_ change solver and
+!> ranks with PETSc's message. Options of PETSc with the prefix -quasi_static_ change solver and
 !> preconditioner.
 module m_krylov
 #include <petsc/finclude/petscksp.h>
@@ -13,21 +13,21 @@ module m_krylov
    private
    public :: krylov_t
 
-   !> What the solver needs of a system.
+   !> Interface of a system for the solver.
    type, abstract, public :: krylov_operator_t
    contains
       procedure(product_interface), deferred :: multiply
       procedure :: is_to_stop
    end type krylov_operator_t
 
-   !> What may stand for the inverse of the system in place of its diagonal.
+   !> Interface of a preconditioner in place of the system's diagonal.
    type, abstract, public :: krylov_preconditioner_t
    contains
       procedure(cycle_interface), deferred :: apply
    end type krylov_preconditioner_t
 
    abstract interface
-      !> Collective: about the inverse of K times from, symmetric.
+      !> Collective: to = an approximate inverse of K times from; symmetric.
       subroutine cycle_interface(self, from, to)
          import :: krylov_preconditioner_t, wp
          class(krylov_preconditioner_t), intent(inout) :: self
@@ -35,7 +35,7 @@ module m_krylov
          real(wp), intent(out), contiguous :: to(:)
       end subroutine cycle_interface
 
-      !> Collective: to = K from, of this rank's unknowns.
+      !> Collective: to = K from, for this rank's unknowns.
       subroutine product_interface(self, from, to)
          import :: krylov_operator_t, wp
          class(krylov_operator_t), intent(inout) :: self
@@ -44,16 +44,16 @@ module m_krylov
       end subroutine product_interface
    end interface
 
-   !> Solver objects for so many unknowns, kept while the number fits.
+   !> Solver objects for a number of unknowns, kept while the number is the same.
    type :: krylov_t
       private
-      logical :: started = .false.     !< this solver has begun PETSc
+      logical :: started = .false.     !< this solver has initialised PETSc
       integer :: unknowns = -1         !< on this rank
       integer :: comm = 0
       Vec :: right_side, solution
       Mat :: shell
       KSP :: symmetric, general
-      logical, public :: stopped = .false. !< the last solve was given up: its operator has asked for it
+      logical, public :: stopped = .false. !< the last solve was stopped at the operator's request
    contains
       procedure, public :: fit
       procedure, public :: size => size_of
@@ -62,11 +62,12 @@ module m_krylov
       procedure, public :: finish
    end type krylov_t
 
-   integer, parameter :: look_every = 10      !< products: then the operator is asked whether to stop
-   real(wp), parameter :: may_grow = 1.0e30_wp !< of the residual, before it falls
-   integer, parameter :: restart = 60         !< of the method for matrices that are not symmetric
+   integer, parameter :: look_every = 10      !< products between two calls of is_to_stop
+   real(wp), parameter :: may_grow = 1.0e30_wp !< limit of the growth of the residual
+   integer, parameter :: restart = 60         !< restart length of the method for matrices that are not
+                                              !< symmetric
 
-   !> What PETSc's callbacks work on during a solve.
+   !> Data of PETSc's callbacks during a solve.
    class(krylov_operator_t), pointer :: current_operator => null()
    class(krylov_preconditioner_t), pointer :: current_preconditioner => null()
    real(wp), pointer :: current_diagonal(:) => null()
@@ -75,8 +76,8 @@ module m_krylov
 
 contains
 
-   !> Collective: whether a solve is to be given up, after a product; `descent`: `from` is a direction along
-   !> which what is left over pushes.
+   !> Collective: whether to stop a solve, called after a product; `descent`: `from` is a direction of
+   !> descent.
    logical function is_to_stop(self, from, to, diagonal, descent)
       class(krylov_operator_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: from(:), to(:), diagonal(:)
@@ -84,13 +85,15 @@ contains
       is_to_stop = .false.
    end function is_to_stop
 
-   !> Collective: objects for `unknowns` on this rank; those that are there are kept where all ranks' fit.
+   !> Collective: create objects for `unknowns` on this rank; existing ones are kept where they fit on all
+   !> ranks.
    subroutine fit(self, comm, unknowns, fits, preconditioned)
       class(krylov_t), intent(inout) :: self
-      integer, intent(in) :: comm     !< the handle of the ranks' communicator
+      integer, intent(in) :: comm     !< Fortran handle of the ranks' communicator
       integer, intent(in) :: unknowns !< on this rank; may be 0
-      logical, intent(in) :: fits     !< on all ranks the number is that of the last call
-      logical, intent(in) :: preconditioned !< by what is given with each system, not by the diagonal
+      logical, intent(in) :: fits     !< on all ranks the number equals that of the last call
+      logical, intent(in) :: preconditioned !< by the preconditioner given with each system, not by the
+                                            !< diagonal
       PetscErrorCode :: ierr
       PetscInt :: n
       if (fits .and. self%unknowns == unknowns) return
@@ -128,25 +131,26 @@ contains
       end subroutine make
    end subroutine fit
 
-   !> Unknowns on this rank that it is made for; -1: none.
+   !> Number of unknowns on this rank that it was created for; -1: none.
    pure integer function size_of(self)
       class(krylov_t), intent(in) :: self
       size_of = self%unknowns
    end function size_of
 
-   !> Collective: x with |b - K x| <= residual, from 0, by conjugate gradients where K is symmetric; what they
-   !> have come to where they meet a direction of negative stiffness first.
+   !> Collective: x with |b - K x| <= residual, from 0, by conjugate gradients where K is symmetric; the last
+   !> iterate if a direction of negative curvature is found first.
    subroutine solve(self, operator, diagonal, preconditioner, b, x, residual, symmetric, most, products, &
                     solved)
       class(krylov_t), intent(inout) :: self
       class(krylov_operator_t), intent(inout), target :: operator
       real(wp), intent(in), target, contiguous :: diagonal(:) !< of K, above 0
-      class(krylov_preconditioner_t), intent(inout), target :: preconditioner !< where it was fitted so
+      class(krylov_preconditioner_t), intent(inout), target :: preconditioner !< used if fitted as
+                                                                              !< `preconditioned`
       real(wp), intent(in) :: b(:)
       real(wp), intent(out) :: x(:)
       real(wp), intent(in) :: residual
       logical, intent(in) :: symmetric
-      integer, intent(in) :: most !< products
+      integer, intent(in) :: most !< maximum number of products
       integer, intent(out) :: products
       logical, intent(out) :: solved
       PetscErrorCode :: ierr
@@ -167,7 +171,7 @@ contains
       solver = self%general
       if (symmetric) solver = self%symmetric
       iteration_cap = most
-      ! the system is another one: without this PETSc takes the diagonal of the first solve for all others
+      ! the operator has changed: without this PETSc would use the diagonal of the first solve for all others
       PetscCallA(MatAssemblyBegin(self%shell, MAT_FINAL_ASSEMBLY, ierr))
       PetscCallA(MatAssemblyEnd(self%shell, MAT_FINAL_ASSEMBLY, ierr))
       PetscCallA(KSPSetOperators(solver, self%shell, self%shell, ierr))
@@ -185,7 +189,8 @@ contains
       nullify (current_operator, current_diagonal, current_preconditioner)
    end subroutine solve
 
-   !> PETSc's product with the matrix. One that is 0 ends either method at once: so a solve is given up.
+   !> PETSc's callback for the product with the matrix. A product of 0 ends both methods at once: so a solve
+   !> is stopped.
    subroutine multiply(matrix, x, y, ierr)
       Mat :: matrix
       Vec :: x, y
@@ -204,7 +209,7 @@ contains
       PetscCallA(VecRestoreArrayF90(y, to, ierr))
    end subroutine multiply
 
-   !> PETSc's product with the preconditioner.
+   !> PETSc's callback for the preconditioner.
    subroutine precondition(its, x, y, ierr)
       PC :: its
       Vec :: x, y
@@ -240,7 +245,8 @@ contains
       self%unknowns = -1
    end subroutine dismiss
 
-   !> Collective: end PETSc if this solver began it; after all others have freed what they have of it.
+   !> Collective: finalise PETSc if this solver initialised it, after all others have freed their PETSc
+   !> objects.
    subroutine finish(self)
       class(krylov_t), intent(inout) :: self
       call end_petsc(self%started)

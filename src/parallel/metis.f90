@@ -1,4 +1,4 @@
-!> The two routines of METIS that are used, through C binding.
+!> The two METIS routines in use, through C binding.
 module m_metis
    use m_kinds, only: wp, i8
    use, intrinsic :: iso_c_binding, only: c_int, c_float, c_ptr, c_null_ptr
@@ -25,16 +25,16 @@ module m_metis
 contains
 
    !> Part (from 0) of every vertex of a graph; `offsets` and `adjacent` count from 0 (METIS manual, CSR). By
-   !> halves of halves, or all parts at once. `failed` when METIS refuses. METIS adds up weights in 32 bits:
-   !> where they come to more, it is given smaller ones in the same proportions.
+   !> recursive bisection, or all parts at once. `failed` when METIS returns an error. METIS adds up weights
+   !> in 32 bits: where their sum is too large, they are scaled down.
    subroutine partition_graph(offsets, adjacent, vertex_weights, edge_weights, parts, by_halves, imbalance, &
                               part, cut, failed)
       integer(c_int), intent(in) :: offsets(:), adjacent(:), edge_weights(:), parts
-      integer(c_int), intent(in), contiguous :: vertex_weights(:, :) !< (constraints, vertices): each is
-                                                                     !< balanced in itself
+      integer(c_int), intent(in), contiguous :: vertex_weights(:, :) !< (constraints, vertices): each
+                                                                     !< constraint is balanced separately
       logical, intent(in) :: by_halves
-      real(wp), intent(in) :: imbalance(:) !< (constraints or more): the heaviest part over the mean that is
-                                           !< allowed, if it can be had
+      real(wp), intent(in) :: imbalance(:) !< (constraints or more): target ratio of the heaviest part to the
+                                           !< mean
       integer(c_int), intent(out) :: part(:)
       integer, intent(out) :: cut       !< weight of the edges between parts
       logical, intent(out) :: failed

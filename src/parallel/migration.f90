@@ -1,4 +1,4 @@
-!> Particles change block; blocks change rank with all their particles.
+!> Migration of particles between blocks, and of blocks with all their particles between ranks.
 module m_migration
    use mpi_f08
    use m_kinds, only: wp, i4, i8
@@ -13,22 +13,22 @@ module m_migration
    private
    public :: migration_t, parcel_t, frame_of, take_out
 
-   !> What a record holds behind a particle's columns.
+   !> Contents of a record after a particle's columns.
    integer, parameter :: at_id = 1       !< the bits of its id
    integer, parameter :: at_body = 2
-   integer, parameter :: at_block = 3 !< index of the block where it goes. If the block moves as a whole, of
-                                      !< that:
-   integer, parameter :: at_breaks = 4   !< run breaks
-   integer, parameter :: at_disorder = 5 !< their sum since its particles were sorted
-   integer, parameter :: at_mean = 6     !< and their mean
+   integer, parameter :: at_block = 3 !< index of the destination block. If the block moves as a whole, of
+                                      !< that block:
+   integer, parameter :: at_breaks = 4   !< run_breaks
+   integer, parameter :: at_disorder = 5 !< disorder
+   integer, parameter :: at_mean = 6     !< mean_breaks
    integer, parameter :: extra = 6
 
-   integer, parameter :: neighbours_tag = 2 !< of emigrants
-   integer, parameter :: first_tag = 16 !< of messages that are not asked for: this and the number of the
-                                        !< level
-   integer, parameter :: fewest = 64        !< records that there is room for, where there is any
+   integer, parameter :: neighbours_tag = 2 !< of messages with emigrants
+   integer, parameter :: first_tag = 16 !< of messages that the receiver does not expect: this plus the number
+                                        !< of the level
+   integer, parameter :: fewest = 64        !< smallest capacity, in records
 
-   !> Records of particles under way: one column a particle.
+   !> Records of particles in transit: one column a particle.
    type :: parcel_t
       integer :: count = 0
       real(wp), allocatable :: records(:, :)
@@ -37,7 +37,7 @@ module m_migration
    end type parcel_t
 
    type :: migration_t
-      type(parcel_t), allocatable :: outgoing(:) !< one a rank, from 0
+      type(parcel_t), allocatable :: outgoing(:) !< by rank, from 0
       type(parcel_t) :: incoming
       type(parcel_t) :: unassigned                 !< emigrants to blocks that do not exist yet
       type(MPI_Datatype) :: record = MPI_DATATYPE_NULL
@@ -60,14 +60,14 @@ module m_migration
 
 contains
 
-   !> Where a block stands, for the kernels.
+   !> Position and cell size of a block, for the kernels.
    pure type(frame_t) function frame_of(level, block)
       type(level_t), intent(in) :: level
       type(block_t), intent(in) :: block
       frame_of = frame_t(block%origin, level%grid%cell, level%grid%per_cell)
    end function frame_of
 
-   !> The particles that a block lists as emigrants leave it for the blocks that they have entered.
+   !> Move the particles that a block lists as emigrants to the records of the blocks that they have entered.
    subroutine emigrate(self, communicator, level, b)
       class(migration_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -88,7 +88,7 @@ contains
       end associate
    end subroutine emigrate
 
-   !> Emigrants to blocks that did not exist, and do now, go on their way.
+   !> Send on the emigrants whose blocks did not exist and do now.
    subroutine assign_to_blocks(self, communicator, level)
       class(migration_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -105,7 +105,7 @@ contains
       self%unassigned%count = 0
    end subroutine assign_to_blocks
 
-   !> Which particle it is that found no block.
+   !> Identify a particle without a destination block.
    pure subroutine identify(self, level, r, id, body, place)
       class(migration_t), intent(in) :: self
       type(level_t), intent(in) :: level
@@ -129,7 +129,8 @@ contains
       index = int(self%unassigned%records(level%table%columns + at_block, :self%unassigned%count))
    end function missing
 
-   !> Collective among neighbours: emigrants arrive, one message a neighbour, in the order of their ids.
+   !> Collective among neighbours: exchange emigrants, one message a neighbour, and store them in the order of
+   !> their ids.
    subroutine exchange(self, communicator, level, neighbours)
       class(migration_t), intent(inout), asynchronous :: self
       type(communicator_t), intent(in) :: communicator
@@ -153,7 +154,7 @@ contains
       call insert(self, level)
    end subroutine exchange
 
-   !> A message that has been found is added to `incoming`.
+   !> Append a probed message to `incoming`.
    subroutine receive(self, message, status)
       class(migration_t), intent(inout) :: self
       type(MPI_Message), intent(inout) :: message
@@ -166,7 +167,7 @@ contains
       self%incoming%count = self%incoming%count + count
    end subroutine receive
 
-   !> A particle on its way to a block of a rank, or of none yet.
+   !> Queue a particle for a block of a rank, or for a block that does not exist yet.
    subroutine address(self, here, rank, values, id, body, index)
       class(migration_t), intent(inout) :: self
       integer, intent(in) :: here, rank, index
@@ -183,7 +184,7 @@ contains
       end if
    end subroutine address
 
-   !> A particle, that changes level, for the block of this level in which its centre lies, and which must
+   !> Queue a particle that changes level for the block of this level that contains its centre, which must
    !> exist.
    subroutine send_to_level(self, communicator, level, values, id, body)
       class(migration_t), intent(inout) :: self
@@ -201,7 +202,7 @@ contains
       call address(self, communicator%rank, level%owner(index), values, id, body, index)
    end subroutine send_to_level
 
-   !> Collective: what was sent to this level arrives, in the order of ids.
+   !> Collective: receive the particles sent to this level, stored in the order of ids.
    subroutine exchange_levels(self, communicator, level)
       class(migration_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -236,10 +237,10 @@ contains
       call block%cells%outdate()
    end subroutine take_out
 
-   !> Collective: what this rank has for others goes to them, who need not know that anything comes; what
-   !> comes in is added to `incoming`. All is there when every rank has been told that its messages have been
-   !> received (nonblocking consensus: Hoefler, Siebert and Lumsdaine 2010). A rank may leave while another is
-   !> still asked: exchanges in a row need different tags.
+   !> Collective: send this rank's records to others, which need not know that any are coming; those received
+   !> are appended to `incoming`. The exchange is complete when every rank knows that its messages have been
+   !> received (nonblocking consensus: Hoefler, Siebert and Lumsdaine 2010). A rank may leave before the
+   !> others do: successive exchanges need different tags.
    subroutine exchange_unasked(self, communicator, tag)
       class(migration_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -270,8 +271,8 @@ contains
       end do
    end subroutine exchange_unasked
 
-   !> Store what has come in, sorted by block and id, so that the order of arrivals does not depend on the
-   !> ranks.
+   !> Store the received records, sorted by block and id, so that the order does not depend on ranks or on the
+   !> order of arrival.
    subroutine insert(self, level)
       class(migration_t), intent(inout) :: self
       type(level_t), intent(inout) :: level
@@ -290,7 +291,7 @@ contains
       self%outgoing%count = 0
    end subroutine insert
 
-   !> Slot of a block by the index that a record holds.
+   !> Slot of a block by the index in a record.
    pure integer function slot_of(level, index)
       type(level_t), intent(in) :: level
       real(wp), intent(in) :: index
@@ -315,9 +316,9 @@ contains
       block%pressed = .true.
    end subroutine store
 
-   !> Collective: take the particles of the blocks whose owner changes out of this rank and send them; returns
-   !> when all records are here. Then the level settles into its new owners, and `unpack_blocks` puts the
-   !> records into their blocks.
+   !> Collective: take the particles of blocks with a new owner out of this rank and send them; returns when
+   !> all records have arrived. The level must then be adapted to the new owners, before `unpack_blocks`
+   !> stores the records in their blocks.
    subroutine move_blocks(self, communicator, level, new_owner)
       class(migration_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -339,7 +340,7 @@ contains
       call exchange_unasked(self, communicator, first_tag + level%number)
    end subroutine move_blocks
 
-   !> Store the blocks that have come in, their particles in the order in which they were stored before.
+   !> Store the received blocks, with their particles in their old order.
    subroutine unpack_blocks(self, level)
       class(migration_t), intent(inout) :: self
       type(level_t), intent(inout) :: level
@@ -352,7 +353,7 @@ contains
             if (r < self%incoming%count) then
                if (nint(self%incoming%records(n + at_block, r + 1)) == nint(record(n + at_block))) cycle
             end if
-            associate (block => level%blocks(b)) ! its last
+            associate (block => level%blocks(b)) ! the block of the last record
                call block%cells%outdate()
                block%run_breaks = nint(record(n + at_breaks))
                block%disorder = record(n + at_disorder)
@@ -365,7 +366,7 @@ contains
       self%outgoing%count = 0
    end subroutine unpack_blocks
 
-   !> Begin: make room.
+   !> Allocate buffers.
    subroutine prepare(self, communicator, columns)
       class(migration_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -380,7 +381,7 @@ contains
       allocate (self%incoming%records(columns + extra, fewest), self%unassigned%records(columns + extra, 0))
    end subroutine prepare
 
-   !> Nothing is under way.
+   !> Empty all buffers.
    subroutine clear(self)
       class(migration_t), intent(inout) :: self
       self%incoming%count = 0
@@ -388,8 +389,7 @@ contains
       self%unassigned%count = 0
    end subroutine clear
 
-   !> Append a particle, bound for the block `index`; with the block that it belongs to, if that moves as a
-   !> whole.
+   !> Append a particle for the block `index`; with its block's data, if that moves as a whole.
    subroutine add(self, values, id, body, index, block)
       class(parcel_t), intent(inout) :: self
       real(wp), intent(in) :: values(:)

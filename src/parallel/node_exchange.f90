@@ -1,9 +1,9 @@
 !> Sums of node values across blocks and ranks.
 !>
 !> Every block's tile overlaps its neighbours' by two node layers. Each rank receives the overlapping parts of
-!> its remote neighbours' tiles into ghost slots. Then all tiles here that hold a node take, in place of what
-!> they have, the sum over them and the ghosts, in the order of their block indices: they get the same bits,
-!> on any number of ranks, and nothing has to be sent back.
+!> its remote neighbours' tiles into ghost slots. Then each local tile that holds a node gets the sum over all
+!> these tiles and ghosts, in the order of their block indices: all get the same bits, on any number of ranks,
+!> and nothing has to be sent back.
 module m_node_exchange
    use m_kinds, only: wp, i8
    use m_constants, only: block_size
@@ -21,7 +21,7 @@ module m_node_exchange
    type :: node_exchange_t
       integer, allocatable :: ranks(:)           !< neighbour ranks, rising
       integer(i8) :: bytes_each = 0              !< sent by this rank in one exchange
-      integer(i8) :: messages = 0, bytes = 0     !< sent by this rank over the run
+      integer(i8) :: messages = 0, bytes = 0     !< sent by this rank during the run
       type(halo_t), private :: halo
    contains
       procedure :: build
@@ -33,17 +33,18 @@ module m_node_exchange
 
    integer, parameter :: width = tile_last + 1 !< of a tile
 
-   !> A tile that holds nodes that blocks share.
+   !> A tile that holds shared nodes.
    type :: holder_t
       integer :: slot = 0
-      integer(i8) :: start = 0 !< place in the pool of node (0, 0, 0) of the tile of the block that asks, were
-                               !< it there
-      integer :: first(3) = 0, last(3) = 0 !< of these nodes those that it reaches: indices in that tile
+      integer(i8) :: start = 0 !< offset in the pool of node (0, 0, 0) of the summing block's tile, if that
+                               !< were stored in this tile's slot
+      integer :: first(3) = 0, last(3) = 0 !< range of these nodes that it contributes to: indices in that
+                                           !< tile
    end type holder_t
 
 contains
 
-   !> Collective: whom this rank sends what of the level's tiles, and what it receives from whom.
+   !> Collective: set up the messages of this rank with the level's tiles.
    subroutine build(self, communicator, level)
       class(node_exchange_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -60,8 +61,8 @@ contains
       call self%halo%connect(communicator, self%ranks, send, receive)
    end subroutine build
 
-   !> Begin to exchange the tiles of shared blocks, which must be complete. Until `wait` nobody may change
-   !> what they share with other ranks, or ask for ghosts.
+   !> Start the exchange of the tiles of shared blocks, which must be complete. Until `wait` the parts shared
+   !> with other ranks must not be changed, and ghosts must not be read.
    subroutine start(self, tiles)
       class(node_exchange_t), intent(inout) :: self
       real(wp), intent(inout), contiguous, asynchronous :: tiles(:, :, :, :, :)
@@ -71,7 +72,7 @@ contains
       self%bytes = self%bytes + self%bytes_each
    end subroutine start
 
-   !> Wait until the ghosts, of the same tiles, are there.
+   !> Wait until the ghosts of the same tiles have arrived.
    subroutine wait(self, tiles)
       class(node_exchange_t), intent(inout) :: self
       real(wp), intent(inout), contiguous, asynchronous :: tiles(:, :, :, :, :)
@@ -84,24 +85,24 @@ contains
       held = self%halo%held
    end function held
 
-   !> Collective: free what messages hold.
+   !> Collective: free the messages.
    subroutine release(self)
       class(node_exchange_t), intent(inout) :: self
       call self%halo%release()
    end subroutine release
 
-   !> In place of what the tiles hold of the nodes that blocks share: the sums over all tiles that hold them,
-   !> in the order of their block indices. Each node's are made once, for all tiles here that hold it, by the
-   !> first of these blocks in the order `interior_first` of the level, so that those without remote
-   !> neighbours need no message, and nobody asks for their tiles after that.
+   !> Replace the values of shared nodes by the sums over all tiles that hold them, in the order of their
+   !> block indices. Each node's sum is computed once, for all local tiles that hold it, by the first of these
+   !> blocks in the order `interior_first` of the level: blocks without remote neighbours need no message, and
+   !> their tiles are not read after that.
    pure subroutine sum_tiles(blocks, adders, tiles, extent, wanted)
       type(block_t), intent(in) :: blocks(:)
-      integer, intent(in) :: adders(:) !< whose sums are made: those of either part of `interior_first`, or of
+      integer, intent(in) :: adders(:) !< blocks that compute the sums: either part of `interior_first`, or
                                        !< both
       real(wp), intent(inout) :: tiles(node_values, 0:tile_last, 0:tile_last, 0:tile_last, *) !< by slots
-      integer, intent(in), optional :: extent(2, 3, *) !< by slots: only what tiles reach is added, and
-                                                       !< changed
-      logical, intent(in), optional :: wanted(:)      !< by own blocks: only nodes that one of these has
+      integer, intent(in), optional :: extent(2, 3, *) !< by slots: only the part within a tile's extent is
+                                                       !< added and changed
+      logical, intent(in), optional :: wanted(:)      !< by own blocks: restrict to nodes of these blocks
       type(holder_t) :: holder(8)
       integer :: a, n, held
       do a = 1, size(adders)
@@ -129,7 +130,7 @@ contains
    end subroutine sum_tiles
 
    !> The tiles that hold the nodes that a block shares with all its neighbours between it and one direction,
-   !> and with no other: by rising block index, without those that do not reach any.
+   !> and with no other: by rising block index, without those whose extent does not reach any.
    pure subroutine find_holders(neighbour, direction, extent, holder, held)
       integer, intent(in) :: neighbour(27) !< slots around the block, 0 where there is none
       integer, intent(in) :: direction(3)
@@ -160,7 +161,7 @@ contains
       end do
    end subroutine find_holders
 
-   !> What most nodes take part in: two blocks here share a face.
+   !> The most frequent case: two local blocks share a face.
    pure subroutine sum_two(one, two, tiles)
       type(holder_t), intent(in) :: one, two !< of the same nodes
       real(wp), intent(inout) :: tiles(*)
@@ -181,10 +182,10 @@ contains
       end do
    end subroutine sum_two
 
-   !> Any number of blocks, each with what it reaches.
+   !> Any number of blocks, each with its own extent.
    pure subroutine sum_some(holder, own, tiles)
       type(holder_t), intent(in) :: holder(:)
-      integer, intent(in) :: own !< slots up to here are of blocks here, the others of ghosts
+      integer, intent(in) :: own !< slots up to here are local blocks, the others ghosts
       real(wp), intent(inout) :: tiles(*)
       real(wp) :: total(node_values*width)
       integer :: h, j, k, q
@@ -219,8 +220,8 @@ contains
                 .and. k <= holder%last(3)
    end function has_row
 
-   !> First and last tile index, along an axis, of what a block shares with all neighbours between it and a
-   !> direction alone.
+   !> First and last tile index, along an axis, of the nodes that a block shares only with the neighbours
+   !> between it and a direction.
    pure elemental integer function shared_first(direction)
       integer, intent(in) :: direction
       shared_first = merge(tile_last - 1, merge(0, 2, direction == -1), direction == 1)

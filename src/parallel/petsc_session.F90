@@ -1,4 +1,4 @@
-!> PETSc is begun once, by whoever needs it first, and ended by that one.
+!> PETSc is initialised once, by the first module that needs it, and finalised by the same one.
 module m_petsc_session
 #include <petsc/finclude/petscsys.h>
 #undef MPI_Comm
@@ -9,9 +9,9 @@ module m_petsc_session
 
 contains
 
-   !> Collective: begin PETSc where nobody has; `began` says whether this call did.
+   !> Collective: initialise PETSc if that has not happened; `began` tells whether this call did.
    subroutine begin_petsc(comm, began)
-      integer, intent(in) :: comm !< the handle of the ranks' communicator
+      integer, intent(in) :: comm !< Fortran handle of the ranks' communicator
       logical, intent(inout) :: began !< stays true where it is
       PetscErrorCode :: ierr
       PetscBool :: there
@@ -22,7 +22,7 @@ contains
       began = .true.
    end subroutine begin_petsc
 
-   !> Collective: end PETSc if this caller began it.
+   !> Collective: finalise PETSc if this caller initialised it.
    subroutine end_petsc(began)
       logical, intent(inout) :: began
       PetscErrorCode :: ierr

@@ -1,6 +1,6 @@
-!> Which rank owns which block: METIS on the graph of the blocks of all levels, weighted by particles and
-!> contact points, one constraint a level and one for contact, for ranks wait for each other after each of
-!> them; and by the nodes that neighbours, parents and children share.
+!> Assignment of blocks to ranks: METIS on the graph of the blocks of all levels, weighted by particles and
+!> contact points. Each level and contact are a constraint of their own, for ranks synchronise after each of
+!> them. Edges are weighted by the nodes that neighbours, parents and children share.
 module m_placement
    use mpi_f08
    use m_kinds, only: wp
@@ -17,44 +17,45 @@ module m_placement
    private
    public :: work_t, work_of, order_work, choose_owners
 
-   !> What there is to do in the blocks of all levels, by number, as if in so many particles.
+   !> The work in the blocks of all levels, by block number, in units of the work of a particle.
    type :: work_t
       logical, allocatable :: exists(:)     !< (blocks)
-      integer, allocatable :: weight(:, :) !< (levels, and contact where it is shared out; blocks): in one
+      integer, allocatable :: weight(:, :) !< (levels, and contact where it is a constraint; blocks): in one
                                            !< step of the level
-      real(wp), allocatable :: times(:)     !< how often that is done in a step of the coarsest level
+      real(wp), allocatable :: times(:)     !< how often each is done in a step of the coarsest level
    end type work_t
 
    integer, parameter :: block_cost = 64 !< of a block's node tile, in particles
-   real(wp), parameter :: bin_cost = 0.75_wp !< of a bin that has particles, in particles
+   real(wp), parameter :: bin_cost = 0.75_wp !< of a bin with particles, in particles
    real(wp), parameter :: run_break_cost = 1.75_wp !< of a run break of the particles' order (cell_list.f90),
-                                                   !< in particles; with it goes how uneven the bins are, and
-                                                   !< how often the particles are sorted
-   integer, parameter :: point_cost = 48 !< of a contact point, in particles: in E2, what its rank takes
-                                         !< longer for contact than the other
+                                                   !< in particles; includes uneven bins and sorting, which go
+                                                   !< along with run breaks
+   integer, parameter :: point_cost = 48 !< of a contact point, in particles: measured in E2, as the
+                                         !< difference in contact time between its two ranks
    real(wp), parameter :: shared_cost = 0.1_wp !< of a node shared with another rank, in particles
-   real(wp), parameter :: move_cost = 6.0_wp    !< of a particle that leaves or enters a rank, in its steps
-   real(wp), parameter :: well_shared = 1.01_wp !< a step over one of evenly shared work that need not be
-                                                !< shorter
-   integer, parameter :: asking_cost = 30 !< of METIS, once, for a block, in steps of a particle; and one more
-                                          !< for each rank
-   integer, parameter :: ways = 6 !< of asking it: by halves or by all parts at once, and three sets of
-                                  !< tolerances
+   real(wp), parameter :: move_cost = 6.0_wp    !< of a particle that leaves or enters a rank, in steps of a
+                                                !< particle
+   real(wp), parameter :: well_shared = 1.01_wp !< acceptable ratio of the step time to that of evenly shared
+                                                !< work
+   integer, parameter :: asking_cost = 30 !< of a METIS call, for a block, in steps of a particle; and one
+                                          !< more for each rank
+   integer, parameter :: ways = 6 !< of calling METIS: by recursive bisection or all parts at once, and three
+                                  !< sets of tolerances
    integer, parameter :: shared_with_parent = 6**3 !< nodes of the level above that a block exchanges with its
                                                    !< parent
 
 contains
 
-   !> The work of the blocks from what they hold. Contact is on the finest level. Ranks wait for each other
-   !> there, and the points are shared out as a constraint of their own, but where one block has most of them:
-   !> then no placement shortens the wait.
+   !> The work of the blocks from their contents. Contact is on the finest level. Ranks synchronise there, so
+   !> contact points are a constraint of their own, except where one block has most of them: then no placement
+   !> shortens the wait.
    pure function work_of(levels, particles, steps, points, order) result(work)
-      type(level_t), intent(in) :: levels(:)     !< only their grids matter
+      type(level_t), intent(in) :: levels(:)     !< only their grids are used
       integer, intent(in) :: particles(:) !< of each block of each level, by number; -1 where there is no
                                           !< block
-      integer, intent(in), optional :: steps(:)  !< of each level in one of the coarsest; 1 where not given
-      integer, intent(in), optional :: points(:) !< contact points of each block; none where not given
-      integer, intent(in), optional :: order(:)  !< from order_work, of each block; nothing where not given
+      integer, intent(in), optional :: steps(:)  !< of each level in one of the coarsest; 1 if absent
+      integer, intent(in), optional :: points(:) !< contact points of each block; none if absent
+      integer, intent(in), optional :: order(:)  !< from order_work, of each block; 0 if absent
       type(work_t) :: work
       integer :: first, l, last, constraints
       logical :: shared
@@ -78,23 +79,23 @@ contains
       work%times(constraints) = work%times(size(levels))
    end function work_of
 
-   !> What it costs in a step that a block's particles lie in many bins and out of order, as if it had so many
-   !> particles more (performance.md, 'Which block costs what').
+   !> The cost per step of particles in many bins and out of order, as a number of particles (performance.md,
+   !> 'Which block costs what').
    pure integer function order_work(bins, run_breaks)
-      integer, intent(in) :: bins   !< that have particles
+      integer, intent(in) :: bins   !< bins with particles
       real(wp), intent(in) :: run_breaks !< of the particles' order, on average
       order_work = nint(bin_cost*bins + run_break_cost*run_breaks)
    end function order_work
 
    !> Collective: an owner for every block that exists, the same on every rank; -1 elsewhere. Where blocks
-   !> have owners already, `steps` says for how many steps the new ones are to stand: what they save in so
-   !> many must be worth the move. Then blocks stay, but for single ones that move, unless that leaves too
-   !> much to be gained and METIS has something better, moves included.
+   !> have owners already, `steps` is the number of steps that the new ones will be in use, in which they must
+   !> save more than the move costs. Then only single blocks move, unless that leaves too large an imbalance
+   !> and METIS has something better, moves included.
    subroutine choose_owners(communicator, levels, work, owner, error, steps)
       type(communicator_t), intent(in) :: communicator
-      type(level_t), intent(in) :: levels(:)     !< only their grids matter
+      type(level_t), intent(in) :: levels(:)     !< only their grids are used
       type(work_t), intent(in) :: work
-      integer, intent(inout) :: owner(:)         !< by number; on entry it only matters with `steps`
+      integer, intent(inout) :: owner(:)         !< by number; on entry it is only used with `steps`
       type(error_t), intent(inout) :: error
       integer, intent(in), optional :: steps
       type(block_graph_t) :: graph
@@ -131,7 +132,8 @@ contains
       owner(there) = part
    end subroutine choose_owners
 
-   !> Move single blocks where that pays. `content` when what a step may still gain is not worth asking METIS.
+   !> Move single blocks where that pays. `content` when the possible gain of a step is not worth a call of
+   !> METIS.
    subroutine move_single(graph, communicator, steps, part, content)
       type(block_graph_t), intent(in) :: graph
       type(communicator_t), intent(in) :: communicator
@@ -148,24 +150,25 @@ contains
       end associate
    end subroutine move_single
 
-   !> How often a rank asks METIS when all share the ways of asking.
+   !> Number of METIS calls of a rank when all ranks share the ways.
    integer function turns(communicator)
       type(communicator_t), intent(in) :: communicator
-      integer :: sharing ! in tests, and in the model of many ranks, not the ranks that blocks are placed on
+      integer :: sharing ! differs in tests, and in the model of many ranks, from the ranks that blocks are
+                         ! assigned to
       call MPI_Comm_size(communicator%comm, sharing)
       turns = (ways + sharing - 1)/sharing
    end function turns
 
-   !> Collective: of what METIS offers for two methods and several tolerances, which the ranks share, what
-   !> makes the shortest step; moves of single blocks then make it shorter. With no more blocks than ranks,
-   !> one block a rank.
+   !> Collective: of METIS's partitions for two methods and several tolerances, computed by the ranks in
+   !> parallel, take the one with the shortest step; moves of single blocks then shorten it further. With no
+   !> more blocks than ranks, one block a rank.
    subroutine ask_metis(communicator, graph, levels, best, refused)
       type(communicator_t), intent(in) :: communicator
       type(block_graph_t), intent(in) :: graph
-      integer, intent(in) :: levels !< of its constraints, the first ones
+      integer, intent(in) :: levels !< number of level constraints, the first ones
       integer, allocatable, intent(out) :: best(:)
       logical, intent(out) :: refused
-      ! heaviest part over the mean: of levels, of contact
+      ! heaviest part over the mean: for levels, for contact
       real(wp), parameter :: tolerances(2, ways/2) = reshape([1.01_wp, 1.2_wp, 1.03_wp, 1.2_wp, &
                                                               1.2_wp, 1.03_wp], [2, ways/2])
       type(block_graph_t) :: anywhere
@@ -200,11 +203,11 @@ contains
       call MPI_Bcast(best, size(best), MPI_INTEGER, nint(shortest(2)), communicator%comm)
    end subroutine ask_metis
 
-   !> The graph of the blocks that exist, and what they weigh.
+   !> The graph of the existing blocks, with their weights.
    type(block_graph_t) function graph_of(levels, work, there, ranks) result(graph)
       type(level_t), intent(in) :: levels(:)
       type(work_t), intent(in) :: work
-      integer, intent(in) :: there(:) !< their numbers
+      integer, intent(in) :: there(:) !< numbers of the blocks
       integer, intent(in) :: ranks
       integer :: n, vertex(size(work%exists))
       vertex = 0
@@ -215,9 +218,8 @@ contains
       call make_graph(levels, vertex, there, graph%offsets, graph%adjacent, graph%edge_weights)
    end function graph_of
 
-   !> The graph of the blocks that exist, by their vertices, which count as their numbers do: edges to
-   !> neighbours, parents and children, weighted by the nodes that two blocks share (METIS manual, CSR;
-   !> vertices from 0).
+   !> The graph of the existing blocks; vertices are in the order of block numbers: edges to neighbours,
+   !> parents and children, weighted by the nodes that two blocks share (METIS manual, CSR; vertices from 0).
    subroutine make_graph(levels, vertex, there, offsets, adjacent, edge_weights)
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: vertex(:) !< of each block, from 1; 0 where there is none
