@@ -1,8 +1,9 @@
 !> One composite space of two levels: the nodes of the finer one that are not inside its region are
-!> constrained nodes of the nodes of the coarser one (theory.md, eqs constrained, restriction, half-steps).
+!> constrained nodes, which depend on nodes of the coarser one (theory.md, eqs constrained, restriction,
+!> half-steps).
 !>
-!> Between an edge block (m_edge) and its parent travels one patch of nodes each way: up what the constrained
-!> nodes were given, down how they move.
+!> An edge block (m_edge) and its parent exchange one patch of nodes each way: up the restricted values of the
+!> constrained nodes, down the motion of the nodes that these depend on.
 module m_composite
    use m_kinds, only: wp, i8
    use m_node_values, only: node_values, tile_last, mass_, p_x, p_z, v_x, v_z, f_x, f_z, a_x, a_z, spare_
@@ -18,31 +19,32 @@ module m_composite
    private
    public :: composite_t
 
-   !> Without edges, as beyond the finest and the coarsest level, it is empty: nothing is asked of any block.
+   !> Without edges, as beyond the finest and the coarsest level, it is empty: queries return false.
    type :: composite_t
       type(patch_exchange_t) :: exchange
-      logical :: corrects_lag = .false. !< velocities at the edge have several time levels, and particles
-                                        !< carry their gradients (eq. lag)
+      logical :: corrects_lag = .false. !< velocities at the edge are at several times, and particles carry
+                                        !< gradients (eq. lag)
       logical, allocatable :: receiving(:)    !< of this rank's blocks of the coarser level: receives(b)
-      type(edge_t), allocatable :: edges(:)   !< of this rank's blocks by rising index, then those of others
-                                              !< with their parent here
-      integer :: own = 0                      !< of them, how many are of this rank's blocks
-      integer, allocatable :: by_index(:)     !< those with their parent here, by rising index of the block:
-                                              !< the order in which a parent adds
-      integer, allocatable :: edge_of(:)      !< of each of this rank's finer blocks, 0 without one
+      type(edge_t), allocatable :: edges(:)   !< of this rank's blocks by rising index, then those of other
+                                              !< ranks with their parent here
+      integer :: own = 0                      !< number of edges of this rank's blocks
+      integer, allocatable :: by_index(:)     !< edges with their parent here, by rising index of the block:
+                                              !< order of addition at a parent
+      integer, allocatable :: edge_of(:)      !< of each of this rank's finer blocks, 0 if none
       logical, allocatable, private :: parents(:) !< of this rank's blocks of the coarser level
-      logical, allocatable, private :: adds(:)    !< blocks next to those that receive
-      integer, allocatable, private :: receiver(:) !< number of a block among those that receive, 0 for others
-      integer :: rows(2) = [0, tile_last]     !< as of the levels' grids; of patches those that there are
+      logical, allocatable, private :: adds(:)    !< blocks next to receiving ones
+      integer, allocatable, private :: receiver(:) !< number of a block among the receiving ones, 0 for others
+      integer :: rows(2) = [0, tile_last]     !< as of the levels' grids; of patches the rows in use
       integer :: values = node_values         !< of a node of a patch; 3 more where the lag is corrected
       real(wp), dimension(:, :, :, :, :), allocatable :: up, down ! (values, 0:5, 0:5, 0:5, edges)
       real(wp), dimension(:, :, :, :, :), allocatable, private :: first !< `up` in the first of two steps, own
-      ! of the nodes of the coarser level's tiles, (3, 0:9, 0:9, 0:9):
+                                                                        !< edges
+      ! on the nodes of the coarser level's tiles, (3, 0:9, 0:9, 0:9):
       real(wp), allocatable, private :: pushed(:, :, :, :, :)       !< acceleration by effects on nodes, m/s2
-      real(wp), allocatable, private :: lag_force(:, :, :, :, :)    !< of the finer level's grown stress, N
-      real(wp), allocatable :: lag_velocity(:, :, :, :, :) !< that gradients of coarser particles are
-                                                                    !< ahead by, m/s
-      real(wp), allocatable, private :: own_mass(:, :, :, :)        !< without what is restricted, kg
+      real(wp), allocatable, private :: lag_force(:, :, :, :, :)    !< of the stress accumulated on the finer
+                                                                    !< level, N
+      real(wp), allocatable :: lag_velocity(:, :, :, :, :) !< lead of the gradients of coarser particles, m/s
+      real(wp), allocatable, private :: own_mass(:, :, :, :)        !< without the restricted mass, kg
    contains
       procedure :: build
       procedure :: is_parent, receives, has_edge, constrained
@@ -54,11 +56,11 @@ module m_composite
 
 contains
 
-   !> Edges, patches and messages of the blocks as they are.
+   !> Set up edges, patches and messages for the present blocks.
    subroutine build(self, communicator, coarse, fine)
       class(composite_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
-      type(level_t), intent(inout) :: coarse !< gets tiles for what is restricted up
+      type(level_t), intent(inout) :: coarse !< gets tiles for restricted values
       type(level_t), intent(in) :: fine
       integer, allocatable :: own(:), others(:), numbers(:), indices(:) !< own blocks' numbers, others'
                                                                         !< indices
@@ -150,13 +152,13 @@ contains
       if (self%has_edge(b)) nodes = self%edges(self%edge_of(b))%constrained
    end function constrained
 
-   !> What the constrained nodes were given, to the patches: mass, momentum less what it is ahead by, force,
-   !> with the weights of eq. constrained. `nodes` of the finer level holds sums. Kept as that of a first
-   !> step.
+   !> Restrict mass, momentum (less the lag), and force of the constrained nodes to the patches, with the
+   !> weights of eq. constrained. `nodes` of the finer level holds sums. The patches are stored as those of a
+   !> first step.
    subroutine restrict(self, communicator, fine, half)
       class(composite_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
-      type(level_t), intent(inout) :: fine !< a work list of it is used
+      type(level_t), intent(inout) :: fine !< one of its work lists is used
       real(wp), intent(in) :: half !< the finer step, s
       integer :: e
       call restrict_own(self, fine)
@@ -171,7 +173,7 @@ contains
       call self%exchange%exchange(communicator, self%up, upwards=.true.)
    end subroutine restrict
 
-   !> The same in the second of two steps: mass (also as `spare`), momentum, the change of force since the
+   !> The same in the second of two steps: mass (also as `spare`), momentum, and the change of force since the
    !> first.
    subroutine restrict_change(self, communicator, fine)
       class(composite_t), intent(inout) :: self
@@ -200,7 +202,8 @@ contains
       end do
    end subroutine restrict_own
 
-   !> Before the sum over blocks of the coarser level: add the patches to what its own particles gave.
+   !> Before the sum over blocks of the coarser level: add the patches to the contributions of its own
+   !> particles.
    subroutine add_to_parents(self, coarse)
       class(composite_t), intent(inout) :: self
       type(level_t), intent(inout) :: coarse
@@ -212,8 +215,8 @@ contains
       call add_patches(self%edges, self%by_index, self%up, coarse%nodes, 1, 1, node_values)
    end subroutine add_to_parents
 
-   !> In the second of two finer steps: the mass that the particles of the coarser level gave, and the
-   !> patches, as `restricted`.
+   !> In the second of two finer steps: store the mass of the coarser level's particles, and the patches, in
+   !> `restricted`.
    subroutine collect_change(self, coarse)
       class(composite_t), intent(in) :: self
       type(level_t), intent(inout) :: coarse
@@ -227,8 +230,8 @@ contains
       call add_patches(self%edges, self%by_index, self%up, coarse%restricted, 1, 1, node_values)
    end subroutine collect_change
 
-   !> Between the two sums of a coarser step a third, where the lag is corrected: the forces of the stress
-   !> that has grown, in place of momenta, as `restricted`.
+   !> Between the two sums of a coarser step a third, where the lag is corrected: store the forces of the
+   !> accumulated stress in `restricted`, in place of momenta.
    subroutine collect_lag_force(self, coarse)
       class(composite_t), intent(in) :: self
       type(level_t), intent(inout) :: coarse
@@ -239,7 +242,7 @@ contains
       call add_patches(self%edges, self%by_index, self%up, coarse%restricted, p_x, lag_first, 3)
    end subroutine collect_lag_force
 
-   !> The sum of that over blocks and ranks, of the blocks that receive.
+   !> Store the sum of these forces over blocks and ranks, for the receiving blocks.
    subroutine keep_lag_force(self, coarse)
       class(composite_t), intent(inout) :: self
       type(level_t), intent(in) :: coarse
@@ -250,7 +253,7 @@ contains
       end do
    end subroutine keep_lag_force
 
-   !> What effects on nodes add to the acceleration of the nodes of block b of the coarser level, m/s2.
+   !> Store the acceleration by effects on the nodes of block b of the coarser level, m/s2.
    subroutine keep_nodal_force(self, b, push)
       class(composite_t), intent(inout) :: self
       integer, intent(in) :: b
@@ -260,17 +263,17 @@ contains
       self%pushed(:, :, :, :, b) = push
    end subroutine keep_nodal_force
 
-   !> What velocity gradients of constrained nodes are to know of the forces on the nodes of a parent (eq.
-   !> lag), as an acceleration in the places of a velocity, inside the boundary conditions: the finer level's
-   !> force of the stress that has grown, and what effects push all nodes with. In the second half step that
-   !> force is extrapolated to when it will be taken back.
+   !> Acceleration of a parent's nodes for the velocity gradients of constrained nodes (eq. lag), stored in
+   !> place of a velocity, with boundary conditions applied: the finer level's force of the accumulated
+   !> stress, and the effects on nodes. In the second half step that force is extrapolated to the time at
+   !> which it is removed again.
    pure subroutine gradient_acceleration(self, coarse, b, tile, sums)
       class(composite_t), intent(in) :: self
       type(level_t), intent(in) :: coarse
       integer, intent(in) :: b
       real(wp), intent(out) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       real(wp), intent(in), optional :: sums(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-                                                        !< of the second, as in `correct`
+                                                        !< of the second half step, as in `correct`
       real(wp) :: force(3), mass
       integer :: i, j, k
       tile(:, :, self%rows(1):self%rows(2), :) = 0.0_wp
@@ -297,9 +300,9 @@ contains
       class(composite_t), intent(in) :: self
       integer, intent(in) :: b
       real(wp), intent(in) :: time_step  !< of the finer level, s
-      integer, intent(in) :: asked(2, 3) !< first and last index along each axis of what is asked for
+      integer, intent(in) :: asked(2, 3) !< first and last index along each axis of the requested nodes
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-                                                        !< in the places of the velocity
+                                                        !< stored in place of the velocity
       if (.not. self%has_edge(b)) return
       call interpolate_lag(self%edges(self%edge_of(b)), self%down(:, :, :, :, self%edge_of(b)), time_step, &
                            asked, tile)
@@ -310,14 +313,14 @@ contains
       class(composite_t), intent(in) :: self
       integer, intent(in) :: b
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-                                                        !< in the places of the velocity
+                                                        !< stored in place of the velocity
       if (.not. self%receives(b)) return
       tile(v_x:v_z, :, self%rows(1):self%rows(2), :) = tile(v_x:v_z, :, self%rows(1):self%rows(2), :) &
          + self%lag_velocity(:, :, self%rows(1):self%rows(2), :, self%receiver(b))
    end subroutine add_parent_lag
 
-   !> The gradients of the coarser particles of block b: half a finer step of what the finer level's force has
-   !> grown to.
+   !> Velocity lag for the gradients of the coarser particles of block b: half a finer step of the finer
+   !> level's extrapolated force.
    pure subroutine set_parent_lag(self, b, half, sums)
       class(composite_t), intent(inout) :: self
       integer, intent(in) :: b
@@ -336,7 +339,7 @@ contains
       end do
    end subroutine set_parent_lag
 
-   !> The motion of the coarser nodes to the patches: velocity at the end of their step, acceleration.
+   !> Copy the motion of the coarser nodes to the patches: velocity at the end of their step, acceleration.
    subroutine prolong(self, communicator, coarse)
       class(composite_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -348,7 +351,7 @@ contains
       call self%exchange%exchange(communicator, self%down, upwards=.false.)
    end subroutine prolong
 
-   !> Patches of all children of block b.
+   !> Set the patches of all children of block b.
    pure subroutine prolong_block(self, coarse, b, motion, sums)
       class(composite_t), intent(inout) :: self
       type(level_t), intent(in) :: coarse
@@ -366,11 +369,11 @@ contains
       end do
    end subroutine prolong_block
 
-   !> Correct the solved nodes of the coarser level by what the two finer steps really gave the constrained
-   !> nodes, and prolong the corrected motion (theory.md, eq. half-steps). `restricted` holds the sums of
-   !> collect_change over blocks: of coarser particles and constrained nodes the mass, of constrained nodes
-   !> alone the momentum, the change of force, and the mass (as `spare`). A node whose mass has more than
-   !> doubled begins the second half step with what it carries then.
+   !> Correct the motion of the coarser level's nodes by the actual contributions of the constrained nodes
+   !> over the two finer steps, and prolong it (theory.md, eq. half-steps). `restricted` holds the sums of
+   !> collect_change over blocks: the mass of coarser particles and constrained nodes, and of constrained
+   !> nodes alone the momentum, the change of force, and the mass (as `spare`). A node whose mass has more
+   !> than doubled starts the second half step with its momentum at that time.
    subroutine correct(self, communicator, coarse, time_step, flip_fraction)
       class(composite_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -381,7 +384,7 @@ contains
       real(wp) :: half, mixed, push(3), middle(3), momentum(3), start(3), force(3)
       integer :: b, i, j, k
       half = 0.5_wp*time_step
-      mixed = 1.0_wp - flip_fraction ! share of the grid's velocity that particles take (PIC)
+      mixed = 1.0_wp - flip_fraction ! PIC share of the particles' velocities
       push = 0.0_wp
       do b = 1, size(coarse%blocks)
          if (.not. self%receiving(b)) cycle
@@ -400,7 +403,7 @@ contains
                      if (node(mass_) < 0.5_wp*sums(mass_)) start = momentum/sums(mass_)
                      force = node(mass_)*(node(a_x:a_z) - push) + sums(mass_)*push + sums(f_x:f_z)
                      if (mixed > 0.0_wp) force = force + mixed/half*(momentum - sums(mass_)*start)
-                     kick = half*(force/sums(mass_) - node(a_x:a_z)) ! more than in the first half step
+                     kick = half*(force/sums(mass_) - node(a_x:a_z)) ! beyond the first half step
                      velocity = start - middle + merge(1.0_wp, 0.5_wp, mixed > 0.0_wp)*kick
                   end associate
                end do
@@ -421,13 +424,13 @@ contains
       call self%exchange%exchange(communicator, self%down, upwards=.false.)
    end subroutine correct
 
-   !> The constrained nodes of a block move with the nodes that they depend on, linearly in time (theory.md,
+   !> Move the constrained nodes of a block with the nodes that they depend on, linearly in time (theory.md,
    !> eq. half-steps).
    pure subroutine set_constrained(self, b, remaining, tile)
       class(composite_t), intent(in) :: self
       integer, intent(in) :: b          !< the block's number here
-      real(wp), intent(in) :: remaining !< time from where velocities of this step stand to where those of the
-                                        !< coarser one do, s
+      real(wp), intent(in) :: remaining !< time from the velocities of this step to those of the coarser one,
+                                        !< s
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       if (.not. self%has_edge(b)) return
       call interpolate_motion(self%edges(self%edge_of(b)), self%down(:, :, :, :, self%edge_of(b)), &

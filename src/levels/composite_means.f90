@@ -1,5 +1,5 @@
-!> Means of what particles carry on the nodes of all levels together (theory.md, eq. recovered): the
-!> constrained nodes of an edge hand up what they were given, and have the means of the nodes that they depend
+!> Means of particle values on the nodes of all levels together (theory.md, eq. recovered): the sums of
+!> constrained nodes at an edge are restricted, and their means are prolonged from the nodes that they depend
 !> on.
 module m_composite_means
    use m_kinds, only: wp
@@ -14,15 +14,15 @@ module m_composite_means
 
 contains
 
-   !> Collective: add to the tiles of the coarser level of two, before its sums over blocks, what the
-   !> constrained nodes of the finer one hold.
+   !> Collective: add the sums of the constrained nodes of the finer of two levels to the tiles of the coarser
+   !> one, before its sums over blocks.
    subroutine add_from_finer(composite, communicator, fine, sums, arm, tiles)
       type(composite_t), intent(inout) :: composite !< of the two levels
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: fine
       real(wp), intent(in) :: sums(node_values, 0:tile_last, 0:tile_last, 0:tile_last, *) !< of the finer one
-      real(wp), intent(in) :: arm !< the finer cell (m) where values 2 to 4 are volume times a place, which
-                                  !< counts from the node; else 0
+      real(wp), intent(in) :: arm !< the finer cell size (m) where values 2 to 4 are volume times a position
+                                  !< relative to the node; else 0
       real(wp), intent(inout) :: tiles(node_values, 0:tile_last, 0:tile_last, 0:tile_last, *)
       real(wp), allocatable :: patches(:, :, :, :, :)
       integer :: e
@@ -40,7 +40,8 @@ contains
       end associate
    end subroutine add_from_finer
 
-   !> Collective: the constrained nodes of the finer level of two have the means of the coarser level's nodes.
+   !> Collective: set the means of the constrained nodes of the finer of two levels from the means of the
+   !> coarser level's nodes.
    subroutine take_from_coarser(composite, communicator, means, tiles)
       type(composite_t), intent(inout) :: composite !< of the two levels
       type(communicator_t), intent(in) :: communicator

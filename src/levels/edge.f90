@@ -1,13 +1,13 @@
-!> A block of the finer level of two whose tile holds constrained nodes: which these are, what they give to
-!> the nodes that they depend on, and how they follow them (theory.md, eqs constrained, restriction,
+!> A block of the finer of two levels whose tile holds constrained nodes: the list of these, their restriction
+!> to the nodes that they depend on, and their motion with them (theory.md, eqs constrained, restriction,
 !> affine-edge, lag).
 !>
 !> All constrained nodes of a block depend on 6 x 6 x 6 nodes of the coarser level, a patch, which lies in the
-!> tile of one block there, its parent. The values of a node in a patch are those of a node in a tile; where
-!> the lag of gradients is corrected, three more.
+!> tile of one block there, its parent. A node of a patch has the values of a node of a tile; where the lag of
+!> gradients is corrected, three more.
 !>
 !> There is one map: `restrict_node` adds shares of a constrained node's values to the patch, `interpolate`
-!> makes values of a constrained node from the patch. All else here says which values, and of which nodes.
+!> computes values of a constrained node from the patch. All other procedures here select values and nodes.
 module m_edge
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -26,24 +26,26 @@ module m_edge
              prolong_lag, interpolate_motion, interpolate_lag, restrict, restrict_arms, prolong, add_patches
 
    integer, parameter, public :: patch_last = 5 !< patches run from 0 to here
-   integer, parameter, public :: lag_first = node_values + 1, lag_last = node_values + 3 !< up: the force that
-                                                                  !< has grown, down: how far gradients are to
-                                                                  !< be ahead
+   integer, parameter, public :: lag_first = node_values + 1, lag_last = node_values + 3 !< up: the force of
+                                                                                         !< the
+                                                                  !< accumulated stress, down: the lead of
+                                                                  !< gradients
    real(wp), parameter :: shares(0:3) = [1.0_wp, 0.5_wp, 0.25_wp, 0.125_wp] !< of a constrained node that lies
-                                                                            !< between nodes along so many
-                                                                            !< axes
-   real(wp), parameter :: barely = 1.0e-9_wp    !< a node with this share of the mass of the next has none
+                                                                            !< between nodes along 0, 1, 2 or
+                                                                            !< 3 axes
+   real(wp), parameter :: barely = 1.0e-9_wp    !< a node with no more than this share of its neighbour's mass
+                                                !< counts as empty
 
-   !> A block of the finer level with constrained nodes, seen from the rank of the block or of its parent.
+   !> A block of the finer level with constrained nodes, as stored on the rank of the block or of its parent.
    type :: edge_t
-      integer :: block = 0     !< its number here, 0 where only its parent is
+      integer :: block = 0     !< its number here, 0 where only its parent is local
       integer :: index = 0     !< its number on the finer level
-      integer :: parent = 0    !< number of its parent here, 0 where only the block is
-      integer :: rank_beyond = -1 !< rank of the parent, or where only that is here the rank of the block
+      integer :: parent = 0    !< number of its parent here, 0 where only the block is local
+      integer :: rank_beyond = -1 !< rank of the parent, or where only that is local the rank of the block
       integer :: corner(3) = 0 !< of the patch in the parent's tile
-      integer :: rows(2) = [0, patch_last] !< first and last place along y in a patch that is in use
-      integer, allocatable :: constrained(:, :) !< places (3) of the constrained nodes in the tile, and 1
-                                                !< where this block restricts the constrained node, else 0
+      integer :: rows(2) = [0, patch_last] !< first and last index along y in a patch that is in use
+      integer, allocatable :: constrained(:, :) !< tile indices (3) of the constrained nodes, and 1 where this
+                                                !< block restricts the node, else 0
    end type edge_t
 
 contains
@@ -59,7 +61,7 @@ contains
    type(edge_t) function make_edge(coarse, fine, rank, index, b) result(edge)
       type(level_t), intent(in) :: coarse, fine
       integer, intent(in) :: rank, index !< this one; the block's
-      integer, intent(in) :: b           !< its number here, 0 where only its parent is
+      integer, intent(in) :: b           !< its number here, 0 where only its parent is local
       integer :: home(3), place(3), field
       place = fine%grid%block_place(index)
       field = fine%grid%block_field(index)
@@ -73,8 +75,8 @@ contains
       if (b > 0) call list_constrained(edge, fine, place, field)
    end function make_edge
 
-   !> The constrained nodes in the tile of a block. Of the blocks whose tiles hold a constrained node, the one
-   !> that it belongs to restricts it, or if that does not exist the one with the lowest index.
+   !> List the constrained nodes in the tile of a block. Of the blocks whose tiles hold a constrained node,
+   !> the one that owns it restricts it, or if that does not exist the one with the lowest index.
    subroutine list_constrained(edge, fine, place, field)
       type(edge_t), intent(inout) :: edge
       type(level_t), intent(in) :: fine
@@ -92,7 +94,7 @@ contains
       end do
       edge%constrained = found(:, :n)
    contains
-      !> True when this block is the one that restricts the node.
+      !> True when this block restricts the node.
       logical function restricts_here(node)
          integer, intent(in) :: node(3)
          integer :: home(3), low(3), high(3), x, y, z
@@ -113,9 +115,8 @@ contains
       end function restricts_here
    end subroutine list_constrained
 
-   !> Nodes of the coarser level inside the region have no particles; what a particle that touches the edge
-   !> gives them by rounding is dropped. It would be a node of hardly any mass, with an acceleration without
-   !> bound.
+   !> Clear the nodes of the coarser level inside the region. They have no particles, but round-off in
+   !> particles that touch the edge may give them a tiny mass, and so an unbounded acceleration.
    pure subroutine clear_covered(coarse, fine)
       type(level_t), intent(inout) :: coarse
       type(level_t), intent(in) :: fine
@@ -134,8 +135,8 @@ contains
       end do
    end subroutine clear_covered
 
-   !> One block's constrained nodes to its patch. With affine transfer the momentum is made for the place of
-   !> the coarser node, with the slope of the constrained nodes' velocities along the edge (theory.md, eq.
+   !> Restrict one block's constrained nodes to its patch. With affine transfer the momentum is evaluated at
+   !> the coarser node, with the gradient of the constrained nodes' velocities along the edge (theory.md, eq.
    !> affine-edge).
    subroutine restrict_sums(edge, grid, place, tile, affine, patch)
       type(edge_t), intent(in) :: edge
@@ -145,7 +146,7 @@ contains
       logical, intent(in) :: affine
       real(wp), intent(inout), contiguous :: patch(:, 0:, 0:, 0:)
       real(wp) :: held(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      ! slopes are taken with what is held, and with the mirror images outside
+      ! gradients are taken with boundary conditions applied, including the mirror images outside
       if (affine .and. has_boundary(grid, place)) then
          held = tile
          call apply_boundary(grid, place, held)
@@ -155,14 +156,14 @@ contains
       end if
    end subroutine restrict_sums
 
-   !> The same with the tile whose velocities make the slopes, which may be `tile` itself.
+   !> The same with a separate tile for the velocity gradients, which may be `tile` itself.
    pure subroutine restrict_tile(edge, tile, held, affine, patch)
       type(edge_t), intent(in) :: edge
       real(wp), dimension(node_values, 0:tile_last, 0:tile_last, 0:tile_last), intent(in) :: tile, held
       logical, intent(in) :: affine
       real(wp), intent(inout), contiguous :: patch(:, 0:, 0:, 0:)
       integer :: s, at(3), low(3), high(3)
-      ! what is given, and what it changes by along the axes
+      ! changes of momentum, and of all values, along the axes
       real(wp) :: share, change(3, 3), along(node_values, 3)
       patch(:, :, edge%rows(1):edge%rows(2), :) = 0.0_wp
       along = 0.0_wp
@@ -179,10 +180,10 @@ contains
       end do
    end subroutine restrict_tile
 
-   !> Add to the nodes of a patch that a constrained node depends on their shares of values of it, and of what
-   !> these change by along each axis from the constrained node to the next one.
+   !> Add to the nodes of a patch that a constrained node depends on their shares of its values, and of the
+   !> change of these along each axis from the constrained node to the next one.
    pure subroutine restrict_node(at, first, number, given, along, patch)
-      integer, intent(in) :: at(3)         !< the constrained node's place in the tile
+      integer, intent(in) :: at(3)         !< tile index of the constrained node
       integer, intent(in) :: first, number !< of the values in the patch
       real(wp), intent(in) :: given(number), along(number, 3)
       real(wp), intent(inout), contiguous :: patch(:, 0:, 0:, 0:)
@@ -205,9 +206,9 @@ contains
       end do
    end subroutine restrict_node
 
-   !> By how much the momentum of a constrained node's mass changes from it to the next node along each of
-   !> some axes: from the velocities of the nodes on both sides, or of one where the other has no mass, but
-   !> for rounding. Columns are axes.
+   !> Change of the momentum of a constrained node's mass from it to the next node along each of some axes:
+   !> from the velocities of the nodes on both sides, or of one where the other has no mass (up to round-off).
+   !> Columns are axes.
    pure subroutine change_of_momentum(tile, at, along, change)
       real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       integer, intent(in) :: at(3)
@@ -235,12 +236,12 @@ contains
       end associate
    end subroutine change_of_momentum
 
-   !> What a block's particles have been given of the forces of the finer level before its time (theory.md,
-   !> eq. time-levels): half a step of the force of the stress that has grown while the edge was there. Every
-   !> block takes that of its own particles out of its patch, and restricts that force for the gradients.
+   !> Momentum that a block's particles have received from forces of the finer level ahead of time (theory.md,
+   !> eq. time-levels): half a step of the force of the stress accumulated since the edge exists. Every block
+   !> subtracts that of its own particles from its patch, and restricts that force for the gradients.
    subroutine restrict_lag(edge, fine, half, patch)
       type(edge_t), intent(in) :: edge
-      type(level_t), intent(inout) :: fine !< its work list is used
+      type(level_t), intent(inout) :: fine !< one of its work lists is used
       real(wp), intent(in) :: half
       real(wp), intent(inout), contiguous :: patch(:, 0:, 0:, 0:)
       real(wp) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
@@ -257,7 +258,7 @@ contains
          call fine%at_edge%take_bins(block%cells, bins_at(is_constrained, rows))
          layout = fine%layout
          layout%stress = layout%edge_stress
-         layout%gradient = 0 ! only forces are wanted, and where there is mass
+         layout%gradient = 0 ! only forces, and the mass to find the nodes
          layout%viscous_pressure = 0
          layout%pressure_shift = 0
          tile(:, :, rows(1):rows(2), :) = 0.0_wp
@@ -275,13 +276,13 @@ contains
       end do
    end subroutine restrict_lag
 
-   !> Add some values of the nodes of patches to those of the parents' tiles, in the order that is given.
+   !> Add some values of the nodes of patches to those of the parents' tiles, in the given order.
    pure subroutine add_patches(edges, order, patches, tiles, to, from, values)
       type(edge_t), intent(in) :: edges(:)
       integer, intent(in) :: order(:)        !< numbers of edges whose parent is here
       real(wp), intent(in), contiguous :: patches(:, 0:, 0:, 0:, :)
       real(wp), intent(inout) :: tiles(node_values, 0:tile_last, 0:tile_last, 0:tile_last, *)
-      integer, intent(in) :: to, from, values !< the first in a tile and in a patch, and how many
+      integer, intent(in) :: to, from, values !< first value in a tile and in a patch, and number of values
       integer :: c, e
       do c = 1, size(order)
          e = order(c)
@@ -293,7 +294,7 @@ contains
       end do
    end subroutine add_patches
 
-   !> The motion of the nodes of the parent's tile that the constrained nodes depend on, to the patch.
+   !> Copy the motion of the nodes of the parent's tile that the constrained nodes depend on to the patch.
    pure subroutine prolong_motion(edge, tile, patch)
       type(edge_t), intent(in) :: edge
       real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
@@ -303,8 +304,8 @@ contains
       end associate
    end subroutine prolong_motion
 
-   !> Beside that motion, how far gradients are to be ahead of it, for each second: the acceleration that they
-   !> are to know of (in the places of a velocity) less that of the motion (theory.md, eq. lag).
+   !> Also copy the rate at which gradients are to lead that motion: their acceleration (stored in place of a
+   !> velocity) less that of the motion (theory.md, eq. lag).
    pure subroutine prolong_lag(edge, known, patch)
       type(edge_t), intent(in) :: edge
       real(wp), intent(in) :: known(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
@@ -315,13 +316,13 @@ contains
       end associate
    end subroutine prolong_lag
 
-   !> The constrained nodes move with the nodes that they depend on, linearly in time (theory.md, eq.
-   !> half-steps). One without mass moves nobody.
+   !> Move the constrained nodes with the nodes that they depend on, linearly in time (theory.md, eq.
+   !> half-steps). Those without mass are skipped.
    pure subroutine interpolate_motion(edge, patch, remaining, tile)
       type(edge_t), intent(in) :: edge
       real(wp), intent(in), contiguous :: patch(:, 0:, 0:, 0:)
-      real(wp), intent(in) :: remaining !< time from where velocities of this step stand to where those of the
-                                        !< coarser one do, s
+      real(wp), intent(in) :: remaining !< time from the velocities of this step to those of the coarser one,
+                                        !< s
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       real(wp) :: node(node_values)
       integer :: at(3), s
@@ -334,13 +335,13 @@ contains
       end do
    end subroutine interpolate_motion
 
-   !> In place of the motion of those that are asked for the velocity by which gradients are ahead of it
-   !> (theory.md, eq. lag).
+   !> Replace the motion of the requested nodes by the velocity by which gradients are ahead of it (theory.md,
+   !> eq. lag).
    pure subroutine interpolate_lag(edge, patch, time_step, asked, tile)
       type(edge_t), intent(in) :: edge
       real(wp), intent(in), contiguous :: patch(:, 0:, 0:, 0:)
       real(wp), intent(in) :: time_step  !< of the finer level, s
-      integer, intent(in) :: asked(2, 3) !< first and last index along each axis of what is asked for
+      integer, intent(in) :: asked(2, 3) !< first and last index along each axis of the requested nodes
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       real(wp) :: values(node_values)
       integer :: at(3), s
@@ -353,7 +354,7 @@ contains
    end subroutine interpolate_lag
 
    !> Add to a patch some values of the constrained nodes that a block restricts, by their shares to a power:
-   !> 1 for sums, 2 for a diagonal of the stiffness, which shares enter twice.
+   !> 1 for sums, 2 for a diagonal of the stiffness, which contains shares twice.
    pure subroutine restrict(edge, tile, first, last, power, patch)
       type(edge_t), intent(in) :: edge
       real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
@@ -372,8 +373,8 @@ contains
       end do
    end subroutine restrict
 
-   !> Where values 2 to 4 are value 1 times a place that counts from the node: what to add behind `restrict`,
-   !> for the nodes of the patch have other places.
+   !> Correction after `restrict` where values 2 to 4 are value 1 times a position relative to the node, as
+   !> the nodes of the patch have other positions.
    pure subroutine restrict_arms(edge, tile, cell, patch)
       type(edge_t), intent(in) :: edge
       real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
@@ -393,7 +394,7 @@ contains
       end do
    end subroutine restrict_arms
 
-   !> Some values of all constrained nodes of a tile from those of the nodes that they depend on.
+   !> Compute some values of all constrained nodes of a tile from those of the nodes that they depend on.
    pure subroutine prolong(edge, patch, first, last, tile)
       type(edge_t), intent(in) :: edge
       real(wp), intent(in), contiguous :: patch(:, 0:, 0:, 0:)
@@ -410,12 +411,12 @@ contains
       end do
    end subroutine prolong
 
-   !> Some values of a constrained node, as many as a node has, from those of the nodes that it depends on
-   !> (theory.md, eq. constrained): half of each of two along each axis, which are the same one where it lies
-   !> on it.
+   !> Compute some values of a constrained node, as many as `values` has room for, from those of the nodes
+   !> that it depends on (theory.md, eq. constrained): along each axis half of each of two, which coincide
+   !> where it lies on a coarser node.
    pure subroutine interpolate(patch, at, first, values)
       real(wp), intent(in), contiguous :: patch(:, 0:, 0:, 0:)
-      integer, intent(in) :: at(3) !< the constrained node's place in the tile
+      integer, intent(in) :: at(3) !< tile index of the constrained node
       integer, intent(in) :: first !< of the values in the patch
       real(wp), intent(out) :: values(node_values)
       real(wp) :: share

@@ -1,4 +1,4 @@
-!> What is touched at the start, by the shapes and places of bodies and tools alone (theory.md, eq.
+!> Contact at the start, estimated from the shapes and positions of bodies and tools alone (theory.md, eq.
 !> level-error).
 module m_first_touch
    use m_kinds, only: wp
@@ -10,13 +10,13 @@ module m_first_touch
    private
    public :: touched_at_start, near_tool, mark_neighbours
 
-   real(wp), parameter, public :: reach = 1.5_wp !< what is nearer to a tool, in the cells that are refined,
-                                                 !< is touched
+   real(wp), parameter, public :: reach = 1.5_wp !< material nearer to a tool than this, in cells to be
+                                                 !< refined, counts as touched
 
 contains
 
-   !> Cells of the level above that something is in which tools, or bodies of another contact group, are near
-   !> to; with those around them.
+   !> Cells of the level above that contain material near tools or near bodies of another contact group; with
+   !> the cells around them.
    function touched_at_start(scene, grid) result(touched)
       type(scene_t), intent(in) :: scene
       type(grid_level_t), intent(in) :: grid !< of the level above
@@ -52,7 +52,7 @@ contains
       call mark_neighbours(lowest, highest, touched)
    end function touched_at_start
 
-   !> True when a place is less than `width` (m) away from a tool.
+   !> True when a point is less than `width` (m) away from a tool.
    pure logical function near_tool(tools, place, width)
       type(tool_t), intent(in) :: tools(:)
       real(wp), intent(in) :: place(3), width
@@ -67,8 +67,8 @@ contains
 
    !> Cells with another contact group in them or beside them, and those around, are touched.
    pure subroutine mark_neighbours(lowest, highest, touched)
-      integer, intent(in) :: lowest(0:, 0:, 0:)  !< number of a group that has something in a cell,
-      integer, intent(in) :: highest(0:, 0:, 0:) !< and the largest such; 0: none
+      integer, intent(in) :: lowest(0:, 0:, 0:)  !< smallest number of a group with material in a cell,
+      integer, intent(in) :: highest(0:, 0:, 0:) !< and the largest; 0: none
       logical, intent(inout) :: touched(0:, 0:, 0:)
       integer :: a(3), z(3), i, j, k
       if (maxval(highest) <= minval(lowest)) return

@@ -15,18 +15,17 @@ module m_joined_cells
 
 contains
 
-   !> Where the cells of all blocks of a level stand in their tiles (block%cells%standing): a cell alone at
-   !> the place of its lowest node, one that is joined at the middle node of its coarser cell, along the axes
-   !> along which it is joined; so no two stand at one place, and all do within the tiles of the blocks that
-   !> they reach. -1: the level has no particles there, but such as are on their way out. Not allocated where
-   !> every cell stands alone.
+   !> Set the tile index of the cells of all blocks of a level (block%cells%standing): a single cell has the
+   !> index of its lowest node, a joined one that of the middle node of its coarser cell along the axes of
+   !> joining. So indices are unique, and within the tiles of all blocks concerned. -1: the level has no
+   !> particles there, except those about to leave it. Not allocated where all cells are single.
    subroutine join_cells(level)
       type(level_t), intent(inout) :: level
       integer :: b
       do b = 1, size(level%blocks)
          associate (block => level%blocks(b))
             if (allocated(block%cells%standing)) deallocate (block%cells%standing)
-            ! the coarser cells that its cells are in, and those around them
+            ! the coarser cells that contain its cells, and those around them
             if (level%region%has_all(block_size/2*block%place - 2, block_size/2*(block%place + 1))) cycle
             allocate (block%cells%standing(0:width**3 - 1), source=-1_i4)
             call set_standing(level%region, level%grid%rows, block%place, block%cells%standing)
@@ -37,7 +36,7 @@ contains
    !> The same of one block.
    pure subroutine set_standing(region, rows, place, standing)
       type(region_t), intent(in) :: region
-      integer, intent(in) :: rows(2)  !< first and last place along y that is in use; of a section one
+      integer, intent(in) :: rows(2)  !< first and last index along y in use; one for a section
       integer, intent(in) :: place(3) !< of the block
       integer(i4), intent(inout) :: standing(0:)
       integer :: at(3), cell(3), coarse(3), i, j, k
@@ -58,11 +57,10 @@ contains
       end do
    end subroutine set_standing
 
-   !> Along which axes a cell is joined with the other half of its coarser cell.
+   !> Axes along which a cell is joined with the other half of its coarser cell.
    pure function joined(region, coarse, half) result(along)
       type(region_t), intent(in) :: region
-      integer, intent(in) :: coarse(3), half(3) !< the coarser cell, and which half of it along each axis:
-                                                !< 0, 1
+      integer, intent(in) :: coarse(3), half(3) !< the coarser cell, and the half of it along each axis: 0, 1
       logical :: along(3), outside(-1:1, 3)     !< the next coarser cell along each axis is outside
       integer :: axis, side, to(3)
       along = .true.
@@ -76,7 +74,7 @@ contains
       end do
       if (count(any(outside, dim=1)) >= 2) return ! at an edge or a corner of the region
       if (.not. any(outside)) then
-         along = touches_line(region, coarse) ! where the region goes on on three sides of four
+         along = touches_line(region, coarse) ! where the region covers three of four sides
          return
       end if
       axis = findloc(any(outside, dim=1), .true., dim=1)
@@ -84,7 +82,7 @@ contains
       along(axis) = .false.
    end function joined
 
-   !> True when a coarser cell, next to no edge, has one along one of its twelve sides.
+   !> True when a coarser cell that no edge touches on a face touches one along one of its twelve sides.
    pure logical function touches_line(region, coarse)
       type(region_t), intent(in) :: region
       integer, intent(in) :: coarse(3)

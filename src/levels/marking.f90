@@ -1,6 +1,6 @@
-!> Which cells levels refine that the estimated error of the stress places: where it would be largest, as many
-!> as the budget allows, with what tools touch, a margin, and the distance to the edge of the level above
-!> (theory.md, eq. level-error).
+!> Choice of the cells to refine by the estimated error of the stress: those with the largest error, within
+!> the budget, with the contact zone, a margin, and the distance to the edge of the level above (theory.md,
+!> eq. level-error).
 module m_marking
    use m_kinds, only: wp, i8
    use m_grid_level, only: grid_level_t
@@ -10,20 +10,21 @@ module m_marking
    private
    public :: marks_t, choose_regions, closed, needed_above, touch
 
-   integer, parameter :: classes = 48           !< of errors, each smaller by a factor
+   integer, parameter :: classes = 48           !< of errors, in a geometric sequence
    real(wp), parameter :: factor = 0.8_wp
-   real(wp), parameter :: kept = 1.5_wp**2      !< what is refined now stays until its error is so much lower
-   real(wp), parameter :: too_many = 1.2_wp     !< a region stays until it has so many more cells than it
-                                                !< should
+   real(wp), parameter :: kept = 1.5_wp**2      !< a refined cell stays refined until its error is lower by
+                                                !< this factor
+   real(wp), parameter :: too_many = 1.2_wp     !< a region stays until it has this ratio of cells to those
+                                                !< needed
 
-   !> Of the cells of the level above, one that a level may refine: the largest error (J/m3) that the stress
-   !> would have if they were not refined, whether something is near that is touched, with its margin, and
-   !> whether they are far enough from the edge of that level.
+   !> Data of the cells of the level above that a level may refine: the largest error (J/m3) of the stress if
+   !> they were not refined, whether they are near contact, with a margin, and whether they are far enough
+   !> from the edge of that level.
    type :: marks_t
       real(wp), allocatable :: error(:, :, :)
       logical, allocatable :: touched(:, :, :)
       logical, allocatable :: may(:, :, :)
-      real(wp) :: least = 0.0_wp !< errors below count for nothing, J/m3
+      real(wp) :: least = 0.0_wp !< smaller errors are ignored, J/m3
       integer(i8) :: budget = 0  !< cells of the level and of all finer ones together
    end type marks_t
 
@@ -33,15 +34,15 @@ module m_marking
 
 contains
 
-   !> The regions of the levels that the error places, the coarsest first: the cells of all levels whose error
-   !> is above one bound, the lowest that the budgets allow. What is touched, and what the next finer level
-   !> needs, is always in them. `short`: the level whose budget that alone is over, and `needs`: the cells;
-   !> else 0. `bound`: the budgets have kept out cells whose error counts. A region stays as it is where it
-   !> has all that is wanted and not many more.
+   !> Set the regions of the levels placed by the error, the coarsest first: the cells of all levels whose
+   !> error is above one bound, the lowest that the budgets allow. The contact zone, and the cells needed
+   !> around the next finer level, are always included. `short`: the level whose budget they alone exceed, and
+   !> `needs`: their number; else 0. `bound`: the budgets exclude cells with a relevant error. A region is
+   !> kept where it has all cells needed and not many more.
    pure subroutine choose_regions(grids, marks, regions, short, needs, bound)
-      type(grid_level_t), intent(in) :: grids(:)        !< the levels'
+      type(grid_level_t), intent(in) :: grids(:)        !< of the levels
       type(marks_t), intent(in) :: marks(:)
-      type(region_t), intent(inout) :: regions(:)       !< on entry as they are
+      type(region_t), intent(inout) :: regions(:)       !< on entry the present ones
       integer, intent(out) :: short
       integer(i8), intent(out) :: needs
       logical, intent(out) :: bound
@@ -62,7 +63,7 @@ contains
          lowest = min(classes, ceiling(log(minval(marks%least)/largest)/log(factor)))
       low = -1
       high = lowest
-      do while (low < high) ! the lowest class that the budgets allow
+      do while (low < high) ! find the lowest class that the budgets allow
          middle = (low + high + 1)/2
          call choose(grids, weighed, largest*factor**middle, tried)
          if (within(grids, tried, marks%budget)) then
@@ -82,7 +83,7 @@ contains
       end do
    end subroutine choose_regions
 
-   !> Errors count more where a region is now, and not where none may be.
+   !> Weight errors up in present regions, and set them to 0 where no region is allowed.
    pure subroutine weigh(marks, regions, weighed)
       type(marks_t), intent(in) :: marks(:)
       type(region_t), intent(in) :: regions(:)
@@ -103,8 +104,8 @@ contains
       end do
    end subroutine weigh
 
-   !> The cells that levels refine where the errors above a bound are to be refined; the finest first, each
-   !> coarser one with what that needs around it.
+   !> Choose the cells to refine for a bound of the errors; the finest level first, each coarser one with the
+   !> cells needed around it.
    pure subroutine choose(grids, marks, least, chosen)
       type(grid_level_t), intent(in) :: grids(:)
       type(marks_t), intent(in) :: marks(:)
@@ -126,7 +127,7 @@ contains
       end do
    end subroutine choose
 
-   !> The finest level whose budget is not enough for some cells, and how many it and the finer ones have; 0:
+   !> Find the finest level whose budget is exceeded, and the number of cells of it and the finer ones; 0:
    !> none.
    pure subroutine find_short(grids, chosen, budget, short, needs)
       type(grid_level_t), intent(in) :: grids(:)
@@ -142,7 +143,7 @@ contains
       needs = 0
    end subroutine find_short
 
-   !> How many cells of a level some of the level above are; of a section those of its plane.
+   !> Number of a level's cells in some cells of the level above; for a section those of its plane.
    pure integer(i8) function cells_in(grid, chosen)
       type(grid_level_t), intent(in) :: grid
       logical, intent(in) :: chosen(:, :, :)
@@ -150,7 +151,7 @@ contains
       if (grid%section%is_flat()) cells_in = cells_in/grid%cells(2)
    end function cells_in
 
-   !> True when they are enough for all.
+   !> True when the cells fit all budgets.
    pure logical function within(grids, chosen, budget)
       type(grid_level_t), intent(in) :: grids(:)
       type(cells_t), intent(in) :: chosen(:)
@@ -161,7 +162,7 @@ contains
       within = short == 0
    end function within
 
-   !> The same of regions.
+   !> The same for regions.
    pure logical function sum_within(regions, budget)
       type(region_t), intent(in) :: regions(:)
       integer(i8), intent(in) :: budget(:)
@@ -175,8 +176,8 @@ contains
       end do
    end function sum_within
 
-   !> Regions of the chosen cells, or as they are where that will do. Where no cell has been chosen: that of
-   !> the largest error, and those around it.
+   !> Set the regions from the chosen cells, or keep present ones that are good enough. If no cell was chosen:
+   !> the cell with the largest error, and those around it.
    pure subroutine set_regions(grids, marks, chosen, stay, regions)
       type(grid_level_t), intent(in) :: grids(:)
       type(marks_t), intent(in) :: marks(:)
@@ -203,7 +204,7 @@ contains
       end do
    end subroutine set_regions
 
-   !> One cell.
+   !> A single cell.
    pure function only(cell, cells)
       integer, intent(in) :: cell(3), cells(3)
       logical :: only(cells(1), cells(2), cells(3))
@@ -224,7 +225,7 @@ contains
       end do
    end function spread_out
 
-   !> With no strip of one cell at a side of the grid; of a section all across it.
+   !> Fill strips of one cell at a side of the grid; for a section over its whole thickness.
    pure function closed(grid, cells) result(filled)
       type(grid_level_t), intent(in) :: grid
       logical, intent(in) :: cells(:, :, :)
@@ -253,7 +254,7 @@ contains
       end do
    end function stays
 
-   !> The cells two levels above that a region needs refined around it, to keep its distance from their edge.
+   !> The cells two levels above that must be refined around a region, to keep its distance from their edge.
    pure function needed_above(region, cells) result(needed)
       type(region_t), intent(in) :: region
       integer, intent(in) :: cells(3) !< of that grid
@@ -271,7 +272,7 @@ contains
       needed = above_cells(own, cells)
    end function needed_above
 
-   !> The same for some cells of the level above it.
+   !> The same for cells of the level above.
    pure function above_cells(own, cells) result(needed)
       logical, intent(in) :: own(0:, 0:, 0:)
       integer, intent(in) :: cells(3)
@@ -290,7 +291,7 @@ contains
       end do
    end function above_cells
 
-   !> The cells of a grid that a box reaches into, and those around them, are wanted.
+   !> Mark the cells of a grid that a box intersects, and those around them.
    pure subroutine touch(grid, low, high, touched)
       type(grid_level_t), intent(in) :: grid
       real(wp), intent(in) :: low(3), high(3) !< m

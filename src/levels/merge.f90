@@ -1,4 +1,5 @@
-!> Eight siblings that have all left the finer level become one particle again (theory.md, eq. level-merge).
+!> Eight siblings that have all left the finer level are merged into one particle (theory.md, eq.
+!> level-merge).
 module m_merge
    use m_kinds, only: wp, i4, i8
    use m_sorting, only: sorted_order
@@ -16,22 +17,22 @@ module m_merge
    private
    public :: merge_siblings, drop
 
-   real(wp), parameter :: astray = 0.25_wp !< way of a part from its octant of the whole, in edges of the
-                                           !< whole: parts that have gone farther stay as they are
-   real(wp), parameter :: distance = 0.5_wp !< of the merged particle from the finer level's region, in cells:
-                                            !< it is not to turn back soon
+   real(wp), parameter :: astray = 0.25_wp !< distance of a part from its octant of the whole, in edges of the
+                                           !< whole: parts beyond it are not merged
+   real(wp), parameter :: distance = 0.5_wp !< of the merged particle from the finer level's region, in cells,
+                                            !< so that it does not return soon
 
 contains
 
-   !> Merge what can be merged in block b of a level that the finer level's particles come out to. Mass,
-   !> momentum and volume are kept; `lost` is the energy that is not (J).
+   !> Merge particles in block b of a level, which those of the finer level move out to. Mass, momentum and
+   !> volume are conserved; `lost` is the energy lost (J).
    subroutine merge_siblings(level, finer, b, materials, stuff, merged, lost)
       type(level_t), intent(inout) :: level
       type(level_t), intent(in) :: finer
       integer, intent(in) :: b
       type(materials_t), intent(in) :: materials
-      type(stuff_t), intent(in) :: stuff(:) !< of the bodies
-      integer, intent(out) :: merged !< particles made
+      type(stuff_t), intent(in) :: stuff(:) !< by body
+      integer, intent(out) :: merged !< particles created
       real(wp), intent(out) :: lost
       integer(i8), allocatable :: key(:)
       integer(i4), allocatable :: small(:), members(:), gone(:)
@@ -72,7 +73,7 @@ contains
          call drop(block, gone)
       end associate
    contains
-      !> Id of the particle that the p-th of the small ones was part of.
+      !> Id of the parent of the p-th split particle.
       integer(i8) function parent(p)
          integer, intent(in) :: p
          associate (particles => level%blocks(b)%particles)
@@ -82,7 +83,7 @@ contains
       end function parent
    end subroutine merge_siblings
 
-   !> The id of the particle of which one is an eighth: without the bits of its last three generations.
+   !> The id of the particle that this one is an eighth of: without the bits of its last three generations.
    pure integer(i8) function parent_id(id, generation, id_bits)
       integer(i8), intent(in) :: id
       integer, intent(in) :: generation, id_bits
@@ -93,15 +94,15 @@ contains
       end do
    end function parent_id
 
-   !> Append what eight particles become (of a section four), unless it would be near the finer region; list
-   !> them as gone.
+   !> Append the particle merged from eight (in a section four) parts, unless it would be near the finer
+   !> region; list the parts for removal.
    subroutine merge_eight(level, finer, b, eight, materials, stuff, merged, lost, gone)
       type(level_t), intent(inout) :: level
       type(level_t), intent(in) :: finer
       integer, intent(in) :: b
       integer(i4), intent(in) :: eight(:)
       type(materials_t), intent(in) :: materials
-      type(stuff_t), intent(in) :: stuff(:) !< of the bodies
+      type(stuff_t), intent(in) :: stuff(:) !< by body
       integer, intent(inout) :: merged
       real(wp), intent(inout) :: lost
       integer(i4), allocatable, intent(inout) :: gone(:)
@@ -113,12 +114,12 @@ contains
          n = size(eight)
          body = block%particles%body(eight(1))
          generation = nint(block%particles%column(eight(1), at%generation))
-         if (at%damage > 0) then ! what has failed stays failed, and alone
+         if (at%damage > 0) then ! failed particles are not merged with others
             if (.not. (all(block%particles%column(eight, at%damage) >= 1.0_wp) &
                        .or. all(block%particles%column(eight, at%damage) < 1.0_wp))) return
          end if
          values(:n, :) = block%particles%column(eight, :)
-         if (at%grain > 0) then ! of several grains: there is no crystal between them
+         if (at%grain > 0) then ! parts of several grains are not merged
             if (any(abs(values(:n, at%grain) - values(1, at%grain)) > 0.5_wp)) return
          end if
          call join(values, level%table%shares(), at)
@@ -127,13 +128,13 @@ contains
          if (.not. sound) return
          values(n + 1, at%generation) = generation - 3
          values(n + 1, at%refinement) = values(1, at%refinement) - 1.0_wp
-         if (at%follows) then ! nor may it be split at once
+         if (at%follows) then ! it must not need splitting at once
             if (any(edges_to_split(values, n + 1, at, level%grid%cell, stuff(body)))) return
          end if
          reach = extents(values(n + 1, :), at) + distance*level%grid%cell
          if (finer%region%overlaps(values(n + 1, at%position:at%position + 2) - reach, &
                                    values(n + 1, at%position:at%position + 2) + reach)) return
-         if (allocated(finer%layer)) then ! nor may it go back at once
+         if (allocated(finer%layer)) then ! it must not return at once
             if (finer%layer%overlaps(values(n + 1, at%position:at%position + 2), &
                                      values(n + 1, at%position:at%position + 2))) return
          end if
@@ -147,7 +148,7 @@ contains
          gone = [gone, eight]
       end associate
    contains
-      !> Energy of some of the nine, J.
+      !> Energy of some of the nine particles, J.
       real(wp) function energy(first, last)
          integer, intent(in) :: first, last
          real(wp) :: inner, angular(3)
@@ -163,10 +164,10 @@ contains
       end function energy
    end subroutine merge_eight
 
-   !> The domain of eight parts that are one: its faces are where those of the outer parts are in the mean
-   !> (theory.md, eq. level-merge). `sound`: each part is about in its octant.
+   !> Merge the domains of eight parts: the faces are at the mean positions of the outer parts' faces
+   !> (theory.md, eq. level-merge). `sound`: each part is near its octant.
    pure subroutine join_domains(values, octants, layout, sound)
-      real(wp), intent(inout) :: values(:, :) !< (n + 1, columns): parts and the whole, its position is set
+      real(wp), intent(inout) :: values(:, :) !< (n + 1, columns): parts, then the whole with its position set
       integer, intent(in) :: octants(:)       !< of the parts, 0 to 7
       type(layout_t), intent(in) :: layout
       logical, intent(out) :: sound
@@ -174,7 +175,7 @@ contains
       real(wp) :: signs(3, size(octants)), place(3)
       integer :: k, n, p
       n = size(octants)
-      associate (h => layout%start_edges) ! so far the mean of the parts
+      associate (h => layout%start_edges) ! now the mean of the parts
          if (h > 0) values(n + 1, h:h + 2) = 2.0_wp*values(n + 1, h:h + 2)
       end associate
       associate (x => layout%position)
@@ -205,7 +206,7 @@ contains
       end associate
    end subroutine join_domains
 
-   !> What eight parts of a particle are together: sums and means.
+   !> Merge the columns of eight parts: sums and means.
    pure subroutine join(values, shares, layout)
       real(wp), intent(inout) :: values(:, :) !< (n + 1, columns): parts and the whole
       type(shares_t), intent(in) :: shares
@@ -220,7 +221,7 @@ contains
             values(n + 1, c) = sum(values(:n, weight)*values(:n, c))/sum(values(:n, weight))
          end if
       end do
-      if (layout%section%is_round()) then ! where the ring has that volume
+      if (layout%section%is_round()) then ! where the ring has its volume
          associate (x => layout%position, areas => values(:n, layout%volume)/values(:n, layout%position))
             values(n + 1, x) = values(n + 1, layout%volume)/sum(areas)
             values(n + 1, x + 2) = sum(areas*values(:n, x + 2))/sum(areas)
@@ -232,8 +233,8 @@ contains
       call join_faces(values, shares, layout%position)
    end subroutine join
 
-   !> The faces that parts of a particle carry become one: the areas are summed already, its middle is the
-   !> mean by area.
+   !> Merge the faces that parts of a particle carry: the areas are summed already, the middle is the mean by
+   !> area.
    pure subroutine join_faces(values, shares, x)
       real(wp), intent(inout) :: values(:, :) !< (n + 1, columns): parts and the whole
       type(shares_t), intent(in) :: shares
@@ -254,7 +255,7 @@ contains
       end do
    end subroutine join_faces
 
-   !> Take particles out of a block; rising.
+   !> Remove particles from a block; `gone` is rising.
    subroutine drop(block, gone)
       type(block_t), intent(inout) :: block
       integer(i4), intent(in) :: gone(:)

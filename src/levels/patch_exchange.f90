@@ -1,5 +1,5 @@
-!> Patches of nodes between the ranks of edge blocks and those of their parents: one message a neighbour and
-!> way, by an MPI datatype over the pool of patches.
+!> Exchange of patches of nodes between the ranks of edge blocks and those of their parents: one message a
+!> neighbour and direction, by an MPI datatype over the pool of patches.
 module m_patch_exchange
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -10,13 +10,12 @@ module m_patch_exchange
    type, public :: patch_exchange_t
       integer :: messages_each(2) = 0        !< sent by this rank in one exchange, up and down
       integer(i8) :: bytes_each(2) = 0
-      integer(i8) :: messages = 0, bytes = 0 !< sent by this rank over the run
+      integer(i8) :: messages = 0, bytes = 0 !< sent by this rank during the run
       integer, allocatable, private :: ranks(:)
       type(MPI_Datatype), allocatable, private :: datatypes(:, :) !< (2, ranks): the patches of own blocks,
-                                                                  !< and of own parents, that are shared with
-                                                                  !< a rank
-      integer, allocatable, private :: patches(:, :) !< how many these are
-      integer, private :: values = 0                 !< of a patch
+                                                                  !< and of own parents, shared with a rank
+      integer, allocatable, private :: patches(:, :) !< number of these patches
+      integer, private :: values = 0                 !< values of a patch
    contains
       procedure :: build
       procedure :: exchange
@@ -25,13 +24,14 @@ module m_patch_exchange
 
 contains
 
-   !> Which patches go to and come from which rank.
+   !> Set up the patches sent to and received from each rank.
    subroutine build(self, rank_beyond, own, communicator, values)
       class(patch_exchange_t), intent(inout) :: self
       integer, intent(in) :: rank_beyond(:) !< for each patch of the pool
-      integer, intent(in) :: own            !< the first so many are of own blocks, the others of own parents
+      integer, intent(in) :: own            !< number of patches of own blocks, which come first; the others
+                                            !< are of own parents
       type(communicator_t), intent(in) :: communicator
-      integer, intent(in) :: values         !< of a patch
+      integer, intent(in) :: values         !< values of a patch
       integer :: e, r, side
       logical :: is_own(size(rank_beyond))
       self%values = values
@@ -54,8 +54,8 @@ contains
       self%bytes_each = 8_i8*values*sum(self%patches, dim=2)
    end subroutine build
 
-   !> Collective: upwards from own blocks to the ranks of their parents, or down from own parents to the ranks
-   !> of the blocks.
+   !> Collective: send upwards from own blocks to the ranks of their parents, or down from own parents to the
+   !> ranks of the blocks.
    subroutine exchange(self, communicator, pool, upwards)
       class(patch_exchange_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator

@@ -1,5 +1,5 @@
-!> Where moving levels go: with a tool, or where stress or strain change most from cell to cell (theory.md,
-!> eqs level-follow, level-criterion).
+!> Placement of moving levels: with a tool, or where stress or strain change most from cell to cell
+!> (theory.md, eqs level-follow, level-criterion).
 module m_placing
    use mpi_f08
    use m_kinds, only: wp
@@ -18,20 +18,20 @@ module m_placing
    integer, parameter :: smallest_width = 4 !< of a region, in cells of the coarser level
    integer, parameter :: margin = 1 !< around the cells that a criterion chooses, in cells of the coarser
                                     !< level
-   integer, parameter :: classes = 48       !< of changes, each smaller by a factor
+   integer, parameter :: classes = 48       !< of changes, in a geometric sequence
    real(wp), parameter :: factor = 0.8_wp
 
 contains
 
    !> Collective: the region of the level `fine` that is the smallest box around the cells of the coarser
    !> level in which von Mises stress (or strain) changes most, as many as the budget allows. `found` is false
-   !> where nothing changes, and where the budget does not allow the smallest box there.
+   !> where nothing changes, or where the budget does not allow even the smallest box.
    subroutine judge_region(communicator, levels, fine, materials, criterion, max_cells, found, region)
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: levels(:)
-      integer, intent(in) :: fine                 !< number of the level that is placed
+      integer, intent(in) :: fine                 !< number of the level to be placed
       type(materials_t), intent(in) :: materials
-      integer, intent(in) :: criterion, max_cells !< cells of the placed level
+      integer, intent(in) :: criterion, max_cells !< maximum number of cells of the placed level
       logical, intent(out) :: found
       type(region_t), intent(out) :: region
       real(wp), allocatable :: value(:, :, :), change(:, :, :)
@@ -64,7 +64,7 @@ contains
          call box_around(levels, fine, a, z, max_cells, tried, allowed)
          if (.not. allowed) then
             if (r > 1) exit
-            a = maxloc(change) - 1 ! the first of the largest alone
+            a = maxloc(change) - 1 ! only the first of the largest
             call box_around(levels, fine, a, a, max_cells, region, found)
             exit
          end if
@@ -72,8 +72,9 @@ contains
       end do
    end subroutine judge_region
 
-   !> The box of the placed level around cells a to z of the coarser one: with a margin, wide enough, inside
-   !> the box around the coarser region. It is allowed within the budget, inside that region.
+   !> The box of the placed level around cells a to z of the coarser one: with a margin and a minimum width,
+   !> inside the bounding box of the coarser region. It is allowed if it is within the budget and inside that
+   !> region.
    pure subroutine box_around(levels, fine, a, z, max_cells, region, allowed)
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: fine, a(3), z(3), max_cells
@@ -96,13 +97,13 @@ contains
             low(axis) = max(low(axis), lowest)
             if (high(axis) > highest) low(axis) = min(low(axis), highest - smallest_width)
             high(axis) = min(high(axis), highest)
-            ! no strip of less than two cells outside
+            ! leave no strip of less than two cells outside
             if (low(axis) < smallest_gap) low(axis) = merge(0, low(axis), lowest == 0)
             if (highest == above%grid%cells(axis) .and. high(axis) > highest &
                 - smallest_gap) high(axis) = highest
          end associate
       end do
-      if (levels(fine)%grid%section%is_flat()) then ! all across it
+      if (levels(fine)%grid%section%is_flat()) then ! over the whole thickness
          low(2) = 0
          high(2) = levels(fine - 1)%grid%cells(2)
       end if
@@ -141,7 +142,7 @@ contains
       call MPI_Allreduce(MPI_IN_PLACE, value, size(value), MPI_DOUBLE_PRECISION, MPI_MAX, communicator%comm)
    end subroutine cell_peaks
 
-   !> Von Mises stress (Pa), or equivalent strain: the elastic one of that stress, and the plastic one.
+   !> Von Mises stress (Pa), or equivalent strain: the elastic one of that stress plus the plastic one.
    pure real(wp) function quantity(level, values, criterion, law)
       type(level_t), intent(in) :: level
       real(wp), intent(in) :: values(:)
@@ -154,7 +155,7 @@ contains
       quantity = quantity/law%von_mises_modulus() + law%equivalent_plastic_strain(values)
    end function quantity
 
-   !> Largest difference of a cell to the six around it that hold material.
+   !> Largest difference between a cell and the six around it that contain material.
    pure subroutine changes(value, change)
       real(wp), intent(in) :: value(0:, 0:, 0:)
       real(wp), allocatable, intent(out) :: change(:, :, :)

@@ -1,5 +1,5 @@
-!> Particles change between two levels: into the finer one when their domains reach into its region, out when
-!> they have left it (theory.md, Where a particle lives).
+!> Transfer of particles between two levels: to the finer one when their domains reach into its region, to the
+!> coarser one when they have left it (theory.md, Where a particle lives).
 module m_transfer
    use m_kinds, only: wp, i4, i8
    use m_constants, only: exit_numerical
@@ -18,14 +18,14 @@ module m_transfer
    private
    public :: find_changes, change_levels
 
-   real(wp), parameter :: exit_margin = 0.25_wp !< particles leave this much further outside than they enter,
-                                                !< in cells of the finer level
+   real(wp), parameter :: exit_margin = 0.25_wp !< margin by which particles must be further outside to leave
+                                                !< than to enter, in cells of the finer level
 
 contains
 
-   !> List in their blocks, as emigrants, the particles that must leave a level or be split on it; returns how
-   !> many. Of the coarser level those that reach into the finer one's region; of the finer level those that
-   !> do not reach into it any more, and those whose centres have come inside before they were split.
+   !> List as emigrants of their blocks the particles that must leave a level or be split on it; returns their
+   !> number. Of the coarser level those that reach into the finer one's region; of the finer level those that
+   !> no longer do, and those whose centres have come inside before they were split.
    integer function find_changes(coarse, fine) result(changes)
       type(level_t), intent(inout) :: coarse, fine
       integer :: b
@@ -50,13 +50,12 @@ contains
       end do
    end function find_changes
 
-   !> The particles of a block of one of the two levels that change, as its emigrants: of the coarser level
-   !> those that reach into the finer one's region, of the finer level those that do not any more or must be
-   !> split.
+   !> List as emigrants the particles of a block that must change level: on the coarser level those that reach
+   !> into the finer one's region, on the finer level those that no longer do or must be split.
    subroutine list_changes(fine, block, on_fine)
       type(level_t), intent(in) :: fine
       type(block_t), intent(inout) :: block
-      logical, intent(in) :: on_fine !< the block is one of the finer level
+      logical, intent(in) :: on_fine !< the block is on the finer level
       integer(i4) :: found(block%particles%count)
       real(wp) :: half(block%particles%count), e(block%particles%count, 3), x(3), margin
       integer :: n, p
@@ -82,8 +81,8 @@ contains
       block%emigrants(:n) = found(:n)
    end subroutine list_changes
 
-   !> Collective: move what find_changes has listed to where it lives, split where it must be. The blocks
-   !> there must exist. Fails when an id has no room for another split.
+   !> Collective: move the particles listed by find_changes to their new level, split where necessary. The
+   !> blocks there must exist. Fails when an id has no room for another split.
    subroutine change_levels(communicator, coarse, fine, coarse_migration, fine_migration, splits, error)
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: coarse, fine
@@ -137,7 +136,8 @@ contains
       end subroutine send_off
    end subroutine change_levels
 
-   !> What enters brings its stress along; where the region itself has moved, move_regions begins anew.
+   !> Entering particles start with all their stress as edge stress; where the region itself moved,
+   !> move_regions resets it.
    subroutine set_edge_stress(block, at)
       type(block_t), intent(inout) :: block
       type(layout_t), intent(in) :: at
@@ -159,8 +159,8 @@ contains
       end associate
    end function lives_in
 
-   !> A particle that changes level in the parts in which it can live: it itself, or where the finer level
-   !> asks for it its eighths, and eighths of those.
+   !> Split a particle that changes level into parts that can live there: itself, or where the finer level
+   !> requires it its eighths, or eighths of those.
    subroutine split_to_live(fine, shares, margin, values, id, body, parts, ids, error)
       type(level_t), intent(in) :: fine
       type(shares_t), intent(in) :: shares
