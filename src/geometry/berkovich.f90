@@ -1,4 +1,4 @@
-!> A three-sided pyramid that is open upwards.
+!> A three-sided pyramid, open upwards.
 module m_berkovich
    use m_kinds, only: wp
    use m_constants, only: pi
@@ -11,7 +11,7 @@ module m_berkovich
 
    real(wp), parameter :: usual_angle = 65.27_wp !< degrees
 
-   !> Three faces; the first leans towards the edge.
+   !> Three faces; the normal of the first leans towards `edge`.
    type, extends(pyramid_t) :: berkovich_t
    contains
       procedure :: variables

@@ -1,4 +1,4 @@
-!> A box along the grid, by two corners.
+!> A box along the grid, given by two corners.
 module m_box
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t
@@ -13,8 +13,8 @@ module m_box
    type, extends(convex_t) :: box_t
       real(wp) :: lower(3) = 0.0_wp !< m
       real(wp) :: upper(3) = 0.0_wp !< m
-      logical :: endless = .false.  !< along y, without end: of a section
-      logical :: ring = .false.     !< around the axis x = y = 0
+      logical :: endless = .false.  !< unbounded along y, in a section
+      logical :: ring = .false.     !< ring around the axis x = y = 0
    contains
       procedure :: variables
       procedure :: distance_and_normal
@@ -91,7 +91,7 @@ contains
       variable = 'upper'
    end subroutine thinnest
 
-   !> The section of a ring, or of a bar along y. What the scene says of y does not count.
+   !> The section of a ring, or of a bar along y. The scene's extents along y are ignored.
    subroutine take_section(self, section, why)
       class(box_t), intent(inout) :: self
       type(section_t), intent(in) :: section

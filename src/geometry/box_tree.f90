@@ -1,6 +1,6 @@
-!> Triangles in a tree of boxes: which of them is nearest to a place. A box has up to eight others in it, or
-!> up to eight triangles, which are looked at together (one to a lane of the vector registers); what is
-!> further away than the nearest triangle yet is not looked into.
+!> Triangles in a tree of bounding boxes, to find the one nearest to a point. A box contains up to eight boxes
+!> or up to eight triangles, which are processed together (one to a lane of the vector registers); boxes
+!> further away than the nearest triangle so far are skipped.
 module m_box_tree
    use m_kinds, only: wp
    use m_vectors, only: cross
@@ -9,31 +9,32 @@ module m_box_tree
    private
    public :: box_tree_t, foot_t
 
-   integer, parameter :: lanes = 8    !< boxes or triangles of a box
-   integer, parameter :: deepest = 80 !< boxes that wait while others are looked into: seven a level
-   real(wp), parameter :: nowhere = 1.0e100_wp !< m, where boxes are that are none
-   real(wp), parameter :: slack = 1.0_wp + 1.0e-9_wp !< squares of distances found two ways differ by less
+   integer, parameter :: lanes = 8    !< boxes or triangles in a box
+   integer, parameter :: deepest = 80 !< boxes that may wait on the stack: seven a level
+   real(wp), parameter :: nowhere = 1.0e100_wp !< m, position of unused boxes
+   real(wp), parameter :: slack = 1.0_wp + 1.0e-9_wp !< squared distances computed in two ways differ by less
 
-   !> What lies in a box: for each lane a box within it.
+   !> Contents of a box: for each lane a box within it.
    type :: node_t
       real(wp) :: lower(lanes, 3) = nowhere, upper(lanes, 3) = -nowhere !< m
-      integer :: inner(lanes) = 0 !< above 0: the number of its node; below 0: that of its leaf, with minus
+      integer :: inner(lanes) = 0 !< above 0: number of its node; below 0: minus the number of its leaf; 0:
+                                  !< unused
    end type node_t
 
    !> The nearest point of a triangle.
    type :: foot_t
       real(wp) :: squared = huge(1.0_wp)/slack !< of its distance, m2
-      real(wp) :: way(3) = 0.0_wp        !< from it to the place, m
-      integer :: place = 0               !< of the triangle in the tree
+      real(wp) :: way(3) = 0.0_wp        !< vector from it to the given point, m
+      integer :: place = 0               !< index of the triangle in the tree
       integer :: feature = 0             !< 0: inside the triangle; 1 to 3: on the edge from that corner to
                                          !< the next; 4 to 6: at a corner
    end type foot_t
 
-   !> Leaves have one place for each lane; one that is empty repeats the triangle before it.
+   !> Leaves have one entry for each lane; an unused one repeats the triangle before it.
    type :: box_tree_t
       type(node_t), allocatable :: nodes(:)
-      integer, allocatable :: number(:)       !< (places): of the triangle
-      real(wp), allocatable :: shape(:, :, :) !< (lanes, 13, leaves): its first corner, the ways a and b to
+      integer, allocatable :: number(:)       !< (entries): of the triangle
+      real(wp), allocatable :: shape(:, :, :) !< (lanes, 13, leaves): its first corner, the vectors a and b to
                                               !< the others; inverses of a.a, b.b, (b-a).(b-a), |a x b|^2
    contains
       procedure :: build
@@ -43,8 +44,8 @@ module m_box_tree
 
 contains
 
-   !> Halve by number along the longest axis of the middles, three times for the eight boxes of a node, until
-   !> few are left.
+   !> Build the tree: halve by number along the longest axis of the midpoints, three times for the eight boxes
+   !> of a node, until few triangles are left.
    subroutine build(self, triangles)
       class(box_tree_t), intent(inout) :: self
       type(triangles_t), intent(in) :: triangles
@@ -103,7 +104,7 @@ contains
       end function longest_axis
    end subroutine build
 
-   !> The box of some triangles in a lane of a node.
+   !> Store the bounding box of some triangles in a lane of a node.
    subroutine bound(node, lane, triangles, among)
       type(node_t), intent(inout) :: node
       integer, intent(in) :: lane, among(:)
@@ -119,7 +120,7 @@ contains
       end do
    end subroutine bound
 
-   !> Some triangles, up to eight, as a leaf.
+   !> Store up to eight triangles as a leaf.
    subroutine fill(self, leaf, triangles, among)
       class(box_tree_t), intent(inout) :: self
       integer, intent(in) :: leaf, among(:)
@@ -144,7 +145,7 @@ contains
       if (value > 0.0_wp) inverse = 1.0_wp/value
    end function inverse
 
-   !> Reorder numbers first..last so that those with the lowest keys come first, up to place `half`
+   !> Reorder numbers first..last so that those with the lowest keys come first, up to index `half`
    !> (quickselect; ties by number, so that the order is always the same).
    pure subroutine part(number, key, axis, first, last, half)
       integer, intent(inout) :: number(:)
@@ -186,7 +187,7 @@ contains
       end function before
    end subroutine part
 
-   !> The nearest point of all triangles. `foot` may hold one already, or a distance, as a start.
+   !> The nearest point of all triangles. `foot` may contain a point or a distance as a start.
    pure subroutine nearest(self, place, foot)
       class(box_tree_t), intent(in) :: self
       real(wp), intent(in) :: place(3) !< m
@@ -210,7 +211,7 @@ contains
          end if
          ways = squared_to_boxes(self%nodes(next)%lower, self%nodes(next)%upper, place)
          base = top
-         do lane = 1, lanes ! the nearest one on top
+         do lane = 1, lanes ! push the nearest one last, so that it is on top
             if (ways(lane) >= foot%squared) cycle
             top = top + 1
             at = top
@@ -239,8 +240,8 @@ contains
       end do
    end function squared_to_boxes
 
-   !> Squared distances to the triangles of a leaf, m2: to the plane where the nearest point of it is inside,
-   !> else to the nearest edge. To rounding that of look_at, which says more.
+   !> Squared distances to the triangles of a leaf, m2: to the plane where its nearest point is inside, else
+   !> to the nearest edge. Equal up to round-off to those of look_at, which also finds point and feature.
    pure function squared_to_triangles(shape, place) result(squared)
       real(wp), intent(in) :: shape(lanes, 13), place(3)
       real(wp) :: squared(lanes)
@@ -272,8 +273,8 @@ contains
       end do
    end function squared_to_triangles
 
-   !> Take the nearest point of one triangle, by its place in the tree, if it is nearer than `foot` (Ericson,
-   !> Real-Time Collision Detection, 2005, 5.1.5).
+   !> Replace `foot` by the nearest point of one triangle, given by its index in the tree, if that is nearer
+   !> (Ericson, Real-Time Collision Detection, 2005, 5.1.5).
    pure subroutine look_at(self, t, place, foot)
       class(box_tree_t), intent(in) :: self
       integer, intent(in) :: t

@@ -1,5 +1,4 @@
-!> Bodies that are cones and pyramids: tools of that form, which are open behind, closed by a plane across
-!> their axis.
+!> Bodies shaped as cones and pyramids: the open tool shapes, closed by a plane across their axis.
 module m_capped
    use m_kinds, only: wp
    use m_constants, only: pi
@@ -49,20 +48,20 @@ module m_capped
    end type capped_pyramid_t
 
    abstract interface
-      !> Ask for what the form has, and prepare it.
+      !> Read the variables of the form, and prepare it.
       subroutine form_interface(self, group)
          import :: capped_t, group_reader_t
          class(capped_t), intent(inout) :: self
          type(group_reader_t), intent(inout) :: group
       end subroutine form_interface
-      !> Of a place seen from the tip, m.
+      !> Signed distance of a point given relative to the tip, m.
       pure subroutine distance_interface(self, place, distance, normal)
          import :: capped_t, wp
          class(capped_t), intent(in) :: self
          real(wp), intent(in) :: place(3)
          real(wp), intent(out) :: distance, normal(3)
       end subroutine distance_interface
-      !> No point of the form is further from the axis at the plane, m.
+      !> Upper bound of the distance of the form's points from the axis at the plane, m.
       pure real(wp) function radius_interface(self) result(radius)
          import :: capped_t, wp
          class(capped_t), intent(in) :: self
@@ -81,7 +80,7 @@ contains
       call self%form_variables(group)
    end subroutine variables
 
-   !> In both: behind the tip's surface and before the plane. Beside the rim it is too small.
+   !> Inside both the form and the half space before the plane. Near the rim the distance is too small.
    pure subroutine distance_and_normal(self, place, distance, normal)
       class(capped_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
@@ -104,7 +103,7 @@ contains
       upper = max(self%tip, plane + reach)
    end subroutine bounding_box
 
-   !> That of a sharp one: a quarter of the height before the plane.
+   !> The centre of a sharp cone: a quarter of the height before the plane.
    pure function centre(self)
       class(capped_t), intent(in) :: self
       real(wp) :: centre(3)
@@ -138,20 +137,20 @@ contains
       call self%form%distance_and_normal(place, distance, normal)
    end subroutine cone_distance
 
-   !> That of a sharp one whose apex is before the tip.
+   !> The radius of a sharp cone whose apex is before the tip.
    pure real(wp) function cone_radius(self) result(radius)
       class(capped_cone_t), intent(in) :: self
       radius = (self%height + before(self%form%tip_radius, self%form%half_angle))*tan(self%form%half_angle)
    end function cone_radius
 
-   !> That of a sharp one, less what is rounded off: its tip less the part of a sphere.
+   !> The volume of a sharp cone minus the part rounded off: its tip minus the spherical part.
    pure real(wp) function cone_volume(self) result(volume)
       class(capped_cone_t), intent(in) :: self
       real(wp) :: cap, r
       volume = pi/3.0_wp*self%form_radius()**2 &
                *(self%height + before(self%form%tip_radius, self%form%half_angle))
       r = self%form%tip_radius
-      cap = r*(1.0_wp - sin(self%form%half_angle)) ! height of the sphere's part, and beyond it of the tip
+      cap = r*(1.0_wp - sin(self%form%half_angle)) ! height of the spherical part, and of the tip before it
       volume = volume - pi/3.0_wp*(r*cos(self%form%half_angle))**2 &
                *(cap + before(r, self%form%half_angle)) + pi/3.0_wp*cap**2*(3.0_wp*r - cap)
    end function cone_volume
@@ -178,14 +177,14 @@ contains
       call self%form%distance_and_normal(place, distance, normal)
    end subroutine pyramid_distance
 
-   !> Of the corners.
+   !> Radius of the corners.
    pure real(wp) function pyramid_radius(self) result(radius)
       class(capped_pyramid_t), intent(in) :: self
       radius = (self%height + before(self%form%tip_radius, self%form%half_angle)) &
                *tan(self%form%half_angle)/cos(pi/max(3, self%form%sides))
    end function pyramid_radius
 
-   !> That of a sharp one.
+   !> Volume of a sharp pyramid.
    pure real(wp) function pyramid_volume(self) result(volume)
       class(capped_pyramid_t), intent(in) :: self
       real(wp) :: height
@@ -193,7 +192,7 @@ contains
       volume = height/3.0_wp*self%form%sides*tan(pi/self%form%sides)*(height*tan(self%form%half_angle))**2
    end function pyramid_volume
 
-   !> How far the apex would be before a rounded tip, m.
+   !> Distance of the apex before a rounded tip, m.
    pure real(wp) function before(radius, half_angle)
       real(wp), intent(in) :: radius, half_angle
       before = radius*(1.0_wp/sin(half_angle) - 1.0_wp)

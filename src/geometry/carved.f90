@@ -1,4 +1,4 @@
-!> A shape of which others have been taken away: holes, tubes.
+!> A shape from which others have been subtracted: holes, tubes.
 module m_carved
    use m_kinds, only: wp
    use m_shape, only: shape_t
@@ -7,14 +7,14 @@ module m_carved
    private
    public :: carved_t, carve, uncarve
 
-   !> Shapes are shared with copies of this one; nobody changes them.
+   !> Shapes are shared with copies of this one and never changed.
    type :: shape_pointer_t
       class(shape_t), pointer :: it => null()
    end type shape_pointer_t
 
    type, extends(shape_t) :: carved_t
-      class(shape_t), pointer :: whole => null()      !< before anything was taken away
-      type(shape_pointer_t), allocatable :: cuts(:) !< what was taken away
+      class(shape_t), pointer :: whole => null()      !< before the subtraction
+      type(shape_pointer_t), allocatable :: cuts(:) !< shapes subtracted
    contains
       procedure :: variables
       procedure :: distance_and_normal
@@ -33,7 +33,7 @@ module m_carved
 
 contains
 
-   !> Take a shape away from another, which becomes a carved one.
+   !> Subtract a shape from another, which becomes a carved one.
    subroutine carve(shape, cut)
       class(shape_t), allocatable, intent(inout) :: shape
       class(shape_t), intent(in) :: cut
@@ -52,7 +52,7 @@ contains
       allocate (shape, source=carved)
    end subroutine carve
 
-   !> The shape before anything was taken away.
+   !> The shape before the subtraction.
    subroutine uncarve(shape)
       class(shape_t), allocatable, intent(inout) :: shape
       class(shape_t), allocatable :: whole
@@ -63,13 +63,13 @@ contains
       if (allocated(whole)) call move_alloc(whole, shape)
    end subroutine uncarve
 
-   !> It has none of its own: the shapes have been read.
+   !> It has no variables: its shapes have been read.
    subroutine variables(self, group)
       class(carved_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group
    end subroutine variables
 
-   !> Inside the whole and outside all cuts. Near edges it is too small.
+   !> Inside the whole and outside all cuts. Near edges the distance is too small.
    pure subroutine distance_and_normal(self, place, distance, normal)
       class(carved_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
@@ -140,7 +140,7 @@ contains
       end do
    end function inside
 
-   !> That of the whole: no more than that.
+   !> Volume of the whole, an upper bound.
    pure real(wp) function volume(self)
       class(carved_t), intent(in) :: self
       volume = self%whole%volume()

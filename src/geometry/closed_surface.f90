@@ -1,4 +1,4 @@
-!> The inside of a closed surface of triangles: signed distance and normal at any place (theory.md, eq.
+!> The inside of a closed surface of triangles: signed distance and normal at any point (theory.md, eq.
 !> pseudonormal).
 module m_closed_surface
    use m_kinds, only: wp
@@ -8,24 +8,26 @@ module m_closed_surface
    private
    public :: closed_surface_t
 
-   integer, parameter :: min_cells = 8**3, cell_limit = 96**3, cells_a_triangle = 8 !< over its box
-   real(wp), parameter :: max_total = 8.0e6_wp !< cells, with those around: of needles and plates
-   real(wp), parameter :: known = 0.5_wp !< cells whose distance is known to be more than this share of the
-                                         !< last one that was searched for need no search
-   integer, parameter :: rim = 8 !< cells around that: what comes near a tool is most often outside its box
+   integer, parameter :: min_cells = 8**3, cell_limit = 96**3, cells_a_triangle = 8 !< numbers of cells over
+                                                                                    !< its bounding box
+   real(wp), parameter :: max_total = 8.0e6_wp !< cells, including the rim: limits them for needles and plates
+   real(wp), parameter :: known = 0.5_wp !< cells whose distance is known to exceed this share of the last one
+                                         !< searched for are not searched
+   integer, parameter :: rim = 8 !< cells around the bounding box: points near a tool are most often outside
+                                 !< it
 
-   !> What a cell remembers of its middle.
+   !> Cached data of a cell, for its midpoint.
    type :: cell_t
-      real(wp) :: least = 0.0_wp, most = 0.0_wp !< its signed distance lies between these, m
-      integer :: guess = 0 !< place of the nearest triangle in the tree
+      real(wp) :: least = 0.0_wp, most = 0.0_wp !< bounds of its signed distance, m
+      integer :: guess = 0 !< index of the nearest triangle in the tree
    end type cell_t
 
-   !> Cubic cells over the surface's box remember the distance of their middle and the nearest triangle: what
-   !> is far away is known without a search, and a search starts with a good guess.
+   !> Cubic cells over the surface's bounding box cache the distance of their midpoint and the nearest
+   !> triangle: points far away need no search, and a search starts with a good guess.
    type :: closed_surface_t
       type(triangles_t) :: triangles
       type(box_tree_t) :: tree
-      real(wp) :: lower(3) = 0.0_wp, upper(3) = 0.0_wp !< of the surface, m
+      real(wp) :: lower(3) = 0.0_wp, upper(3) = 0.0_wp !< bounding box of the surface, m
       real(wp), private :: from(3) = 0.0_wp, edge = 0.0_wp !< corner of the cells and their edge, m
       real(wp), private :: per_edge = 0.0_wp               !< 1/m
       integer, private :: cells(3) = 0
@@ -43,7 +45,7 @@ module m_closed_surface
 
 contains
 
-   !> From triangles that have been closed up.
+   !> Build from triangles after `close_up`.
    subroutine build(self, triangles)
       class(closed_surface_t), intent(inout) :: self
       type(triangles_t), intent(in) :: triangles
@@ -66,7 +68,7 @@ contains
          do j = 1, self%cells(2)
             distance = 0.0_wp
             do i = 1, self%cells(1)
-               if (i > 1) then ! the distance changes by no more than the way
+               if (i > 1) then ! the distance changes by no more than the distance between points
                   associate (it => self%cell(i, j, k), last => self%cell(i - 1, j, k))
                      it = cell_t(last%least - self%edge, last%most + self%edge, last%guess)
                      if (max(it%least, -it%most) > known*abs(distance)) cycle
@@ -84,7 +86,7 @@ contains
    end subroutine build
 
    !> Signed distance (m), and the outward unit normal of the surface at its nearest point: at edges and
-   !> corners the direction from there to the place, or back from inside.
+   !> corners the direction from there to the point, reversed if inside.
    pure subroutine distance_and_normal(self, place, distance, normal)
       class(closed_surface_t), intent(in) :: self
       real(wp), intent(in) :: place(3) !< m
@@ -97,8 +99,8 @@ contains
       call self%judge(foot, distance, normal)
    end subroutine distance_and_normal
 
-   !> The same of a place nearer to the surface than `limit`; else some distance that is no nearer, on its
-   !> side, without a normal. That takes no search, or a short one.
+   !> The same for a point nearer to the surface than `limit`; else a bound of the distance, of the same sign
+   !> and not below the limit in size, without a normal. This takes no search or a short one.
    pure subroutine distance_within(self, place, limit, distance, normal)
       class(closed_surface_t), intent(in) :: self
       real(wp), intent(in) :: place(3), limit !< m
@@ -119,7 +121,7 @@ contains
          call self%tree%nearest(place, foot)
          if (foot%place > 0) then
             call self%judge(foot, distance, normal)
-         else if (least > -limit) then ! at least `limit` away, and not that far inside
+         else if (least > -limit) then ! at least `limit` away and not that far inside: outside
             distance = limit
          else if (most < limit) then
             distance = -limit
@@ -129,8 +131,8 @@ contains
       end if
    end subroutine distance_within
 
-   !> The signed distance of a place lies between these, m, without a search: it changes by no more than the
-   !> way from the middles of the eight cells around.
+   !> Bounds of the signed distance of a point, m, without a search: from the midpoints of the eight cells
+   !> around, as it changes by no more than the distance to them.
    pure subroutine bound(self, place, least, most)
       class(closed_surface_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
@@ -158,7 +160,7 @@ contains
       if (any(off > 0.0_wp)) least = max(least, sqrt(dot_product(off, off)))
    end subroutine bound
 
-   !> Side and normal of the nearest point: by the normal of what it lies on, a face, an edge or a corner.
+   !> Side and normal of the nearest point: by the normal of the face, edge or corner that it lies on.
    pure subroutine judge(self, foot, distance, normal)
       class(closed_surface_t), intent(in) :: self
       type(foot_t), intent(in) :: foot
@@ -179,21 +181,21 @@ contains
          normal = foot%way/distance
       else if (foot%feature > 0) then
          normal = normal/sqrt(dot_product(normal, normal))
-      else ! across a face: more exact than the way, which may be short
+      else ! distance to the plane: more accurate than the vector, which may be short
          distance = sign(distance, dot_product(foot%way, normal))
       end if
    end subroutine judge
 
-   !> The cell of a place, or the nearest one.
+   !> The cell of a point, or the nearest one.
    pure function cell_of(self, place) result(cell)
       class(closed_surface_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
       integer :: cell(3)
-      ! in reals first: what is far away has no integer
+      ! clipped as reals: far points overflow integers
       cell = 1 + int(max(0.0_wp, min((place - self%from)*self%per_edge, self%cells - 0.5_wp)))
    end function cell_of
 
-   !> The signed distance is not less, m: without a search.
+   !> Lower bound of the signed distance, m, without a search.
    pure real(wp) function min_distance(self, place)
       class(closed_surface_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
@@ -201,7 +203,7 @@ contains
       call self%bound(place, min_distance, most)
    end function min_distance
 
-   !> The signed distance is not more, m: without a search.
+   !> Upper bound of the signed distance, m, without a search.
    pure real(wp) function max_distance(self, place)
       class(closed_surface_t), intent(in) :: self
       real(wp), intent(in) :: place(3)

@@ -1,5 +1,5 @@
-!> A cone that is open upwards, its tip in the origin: its apex, or the foremost point of a sphere that
-!> touches it.
+!> A cone, open upwards, with its tip in the origin: its apex, or the foremost point of a sphere that touches
+!> its surface.
 module m_cone
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t
@@ -14,7 +14,7 @@ module m_cone
    type, extends(convex_t) :: cone_t
       real(wp) :: half_angle = 0.0_wp               !< between axis and surface, rad
       real(wp) :: tip_radius = 0.0_wp               !< m; 0: sharp
-      real(wp), private :: cosine = 1.0_wp, sine = 0.0_wp !< of it
+      real(wp), private :: cosine = 1.0_wp, sine = 0.0_wp !< of half_angle
    contains
       procedure :: variables
       procedure :: prepare
@@ -39,8 +39,8 @@ contains
       self%sine = sin(self%half_angle)
    end subroutine prepare
 
-   !> A rounded cone is all that is nearer than its radius to a sharp one inside it. Below the normal cone of
-   !> the apex the apex itself is nearest.
+   !> A rounded cone is the set of points closer to a sharp one inside it than its radius. Within the normal
+   !> cone of the apex the apex itself is nearest.
    pure subroutine distance_and_normal(self, place, distance, normal)
       class(cone_t), intent(in) :: self
       real(wp), intent(in) :: place(3)

@@ -15,7 +15,7 @@ module m_cylinder
       real(wp) :: center(3) = 0.0_wp !< of the base, m
       real(wp) :: radius = 0.0_wp    !< m
       real(wp) :: height = 0.0_wp    !< m
-      logical :: endless = .false.   !< along its axis: of a section across that
+      logical :: endless = .false.   !< unbounded along its axis, in a section across it
    contains
       procedure :: variables
       procedure :: distance_and_normal
@@ -112,7 +112,7 @@ contains
       variable = 'height'
    end subroutine thinnest
 
-   !> About the axis, or along y.
+   !> A section about the axis, or along y.
    subroutine take_section(self, section, why)
       class(cylinder_t), intent(inout) :: self
       type(section_t), intent(in) :: section

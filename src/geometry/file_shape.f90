@@ -25,24 +25,24 @@ module m_file_shape
 
    integer, parameter :: longest_path = 1000
    integer, parameter :: max_bytes = 1000000000
-   real(wp), parameter :: max_overlap = 1.0e-3_wp !< of what is inside: what scans have
-   real(wp), parameter :: round_off = 1.0e-6_wp !< of the largest extent: six digits of a text, or the places
-                                                !< of single precision away from the origin
-   integer, parameter :: piece = 1048576 !< bytes of a file whose checksum is taken at once
+   real(wp), parameter :: max_overlap = 1.0e-3_wp !< tolerated share of the volume inside: scans have overlaps
+   real(wp), parameter :: round_off = 1.0e-6_wp !< of the largest extent: six digits of a text, or single
+                                                !< precision away from the origin
+   integer, parameter :: piece = 1048576 !< bytes of a file per partial checksum
 
    type, extends(shape_t) :: file_shape_t
       character(len=:), allocatable :: file
-      real(wp) :: scale = 1.0_wp              !< m, of the file's unit
+      real(wp) :: scale = 1.0_wp              !< m, unit of the file
       real(wp) :: rotation(3) = 0.0_wp        !< about x, then y, then z, degrees
-      real(wp) :: origin(3) = 0.0_wp          !< of a body, where the file's origin lies, m
-      real(wp) :: spacing(2) = 0.0_wp         !< of heights along x and y, m; 0: not said, or triangles
-      integer :: first_row = 0                !< of heights, where it lies; 0: not said
-      logical :: is_map = .false.             !< heights
+      real(wp) :: origin(3) = 0.0_wp          !< for a body: position of the file's origin, m
+      real(wp) :: spacing(2) = 0.0_wp         !< of heights along x and y, m; 0: not given, or triangles
+      integer :: first_row = 0                !< position of the first row of heights; 0: not given
+      logical :: is_map = .false.             !< heights, not triangles
       logical :: scale_is_given = .false.
-      real(wp) :: joined = 0.0_wp             !< corners so near to each other count as one, m
-      character(len=:), allocatable :: checksum !< of the file; empty: not known
-      type(closed_surface_t), pointer :: inside_of => null() !< turned and scaled; copies share it, and nobody
-                                                             !< changes it
+      real(wp) :: joined = 0.0_wp             !< corners so near to each other were joined, m
+      character(len=:), allocatable :: checksum !< of the file; empty: unknown
+      type(closed_surface_t), pointer :: inside_of => null() !< rotated and scaled; shared by copies and never
+                                                             !< changed
    contains
       procedure :: variables
       procedure :: load
@@ -79,8 +79,8 @@ contains
          call group%get_text('checksum', self%checksum, longest_path)
    end subroutine variables
 
-   !> Collective: rank 0 reads the file, all make the surface of it. A file whose checksum is not the one that
-   !> the scene names has been changed.
+   !> Collective: rank 0 reads the file, all ranks build its surface. An error if the file's checksum is not
+   !> the one in the scene: the file was changed.
    subroutine load(self, communicator, fault)
       class(file_shape_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -122,11 +122,11 @@ contains
       call close_up_corners(self, place, of, triangles, fault)
       if (fault == '' .and. .not. self%is_map) call check_overlap(triangles, fault)
       if (fault /= '') return
-      allocate (self%inside_of) ! what is here before belongs to copies
+      allocate (self%inside_of) ! the old target belongs to copies
       call self%inside_of%build(triangles)
    end subroutine load
 
-   !> A closed surface of welded corners. Where corners that differ by round-off leave gaps, they are joined.
+   !> A closed surface of welded corners. Corners whose round-off leaves gaps are joined.
    subroutine close_up_corners(self, place, of, triangles, fault)
       class(file_shape_t), intent(inout) :: self
       real(wp), allocatable, intent(inout) :: place(:, :)
@@ -177,7 +177,7 @@ contains
       end if
    end subroutine read_bytes
 
-   !> A checksum of those of the pieces: what is summed up at once is copied.
+   !> Checksum of the checksums of the pieces: the bytes summed at once are copied.
    pure function checksum_of(bytes) result(digits)
       character(len=*), intent(in) :: bytes
       character(len=:), allocatable :: digits
@@ -189,7 +189,7 @@ contains
       digits = text_checksum(digits)
    end function checksum_of
 
-   !> Collective: heights that rank 0 reads from an HDF5 file.
+   !> Collective: heights read by rank 0 from an HDF5 file.
    subroutine share_heights(communicator, path, bytes, map, fault)
       type(communicator_t), intent(in) :: communicator
       character(len=*), intent(in) :: path
@@ -215,7 +215,7 @@ contains
       map%first_row = first_row
    end subroutine share_heights
 
-   !> Corners and triangles of heights, in m, which must be finite and have distances.
+   !> Corners and triangles from heights, in m. Heights must be finite, and their spacing known.
    subroutine close_up_heights(height, spacing, scale, place, of, fault)
       real(wp), intent(in) :: height(:, :), spacing(2), scale
       real(wp), allocatable, intent(out) :: place(:, :)
@@ -234,7 +234,7 @@ contains
       end if
    end subroutine close_up_heights
 
-   !> No part of a surface lies in another one, but as a hollow.
+   !> Check that no part of a surface lies inside another one, except as a hollow.
    subroutine check_overlap(triangles, fault)
       type(triangles_t), intent(in) :: triangles
       character(len=:), allocatable, intent(inout) :: fault
@@ -247,7 +247,7 @@ contains
               'make the union of the parts'
    end subroutine check_overlap
 
-   !> Corners of the file where they are in the scene: scaled (heights have been), turned about x, then y,
+   !> Positions of the file's corners in the scene: scaled (heights already are), rotated about x, then y,
    !> then z, and moved.
    pure function placed(self, place) result(there)
       class(file_shape_t), intent(in) :: self
@@ -270,7 +270,7 @@ contains
       end do
    end function placed
 
-   !> Of an angle in degrees; exact at right angles, so that faces along the grid stay there.
+   !> Cosine of an angle in degrees; exact at right angles, so that faces along the grid stay there.
    pure real(wp) function cosine(degrees)
       real(wp), intent(in) :: degrees
       real(wp) :: quarters
@@ -279,7 +279,7 @@ contains
       if (abs(quarters - anint(quarters)) <= 0.0_wp) cosine = real(nint(cosine), wp)
    end function cosine
 
-   !> The file, as the scene names it.
+   !> The file name, as in the scene.
    pure function file_name(self) result(name)
       class(file_shape_t), intent(in) :: self
       character(len=:), allocatable :: name
@@ -324,7 +324,7 @@ contains
       upper = self%inside_of%upper
    end subroutine bounding_box
 
-   !> Of its corners: no place of a triangle is further away.
+   !> From its corners: no point of a triangle is further away.
    pure real(wp) function reach(self, place, axis)
       class(file_shape_t), intent(in) :: self
       real(wp), intent(in) :: place(3)

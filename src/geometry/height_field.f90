@@ -1,4 +1,4 @@
-!> A measured surface, heights on a grid, as a closed one: walls around it and a floor below.
+!> A measured surface, heights on a grid, closed by walls around it and a floor below.
 module m_height_field
    use m_kinds, only: wp
    implicit none
@@ -7,8 +7,8 @@ module m_height_field
 
 contains
 
-   !> Corners and triangles of the solid below the heights, down to a floor that is as far below the lowest of
-   !> them as the grid is wide. The highest place is the origin.
+   !> Corners and triangles of the solid below the heights. The floor is below the lowest height by the width
+   !> of the grid. The highest point is the origin.
    subroutine close_heights(height, spacing, place, of)
       real(wp), intent(in) :: height(:, :) !< (along x, along y), m; 2 or more each
       real(wp), intent(in) :: spacing(2)   !< along x and y, m
@@ -51,7 +51,7 @@ contains
          integer, intent(in) :: i, j
          lower = nx*ny + i + nx*(j - 1)
       end function lower
-      !> Two triangles, along the shorter diagonal where they differ.
+      !> Two triangles, divided along the shorter diagonal where these differ.
       subroutine quad(a, b, c, d)
          integer, intent(in) :: a, b, c, d !< counter-clockwise
          if (sum((place(:, a) - place(:, c))**2) <= sum((place(:, b) - place(:, d))**2)) then

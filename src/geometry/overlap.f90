@@ -1,4 +1,4 @@
-!> Whether two shapes overlap.
+!> Overlap of two shapes.
 module m_overlap
    use m_kinds, only: wp
    use m_shape, only: shape_t
@@ -8,10 +8,10 @@ module m_overlap
 
    integer, parameter :: narrowings = 40 !< golden-section steps along each axis: 4e-9 of the width
    integer, parameter :: max_checks = 100000
-   real(wp), parameter :: finest = 1.0e-3_wp !< of the size of the box that both reach into
+   real(wp), parameter :: finest = 1.0e-3_wp !< of the size of the box in which the bounding boxes overlap
    real(wp), parameter :: golden = 0.61803398874989485_wp
 
-   !> Two shapes where they are.
+   !> Two shapes and their relative position.
    type :: pair_t
       class(shape_t), pointer :: one => null()
       class(shape_t), pointer :: other => null()
@@ -22,8 +22,8 @@ module m_overlap
 
 contains
 
-   !> Whether two shapes share more than a layer of thickness `thin`, or, where one of them is not convex,
-   !> surely where they share more than one of thickness `coarse`.
+   !> True when two shapes share more than a layer of thickness `thin`; where one of them is not convex, only
+   !> overlaps by more than `coarse` are certain to be found.
    logical function overlap(one, other, place, thin, coarse)
       class(shape_t), intent(in), target :: one, other
       real(wp), intent(in) :: place(3)     !< of the origin of the other one, m
@@ -45,8 +45,8 @@ contains
       end if
    end function overlap
 
-   !> How deep a shape reaches into another, m, and where: the place in it that is furthest inside the other.
-   !> Found to a twentieth, or as far as so many checks go.
+   !> Penetration depth of a shape in another, m, and its position: the point in it that is furthest inside
+   !> the other. Accurate to a twentieth, or as far as the limit of checks allows.
    subroutine deepest(body, tool, place, where_it_is, deep)
       class(shape_t), intent(in), target :: body, tool
       real(wp), intent(in) :: place(3)              !< of the origin of the tool, m
@@ -64,10 +64,11 @@ contains
                 where_it_is, deep, checks)
    end subroutine deepest
 
-   !> Look for a deeper place in a box, first in that half whose middle is deeper.
+   !> Search a box for a deeper point, first in the half whose middle is deeper.
    recursive subroutine search(pair, lower, upper, least, where_it_is, deep, checks)
       type(pair_t), intent(in) :: pair
-      real(wp), intent(in) :: lower(3), upper(3), least !< least: half a box that is not divided, m
+      real(wp), intent(in) :: lower(3), upper(3), least !< least: half size below which a box is not divided,
+                                                        !< m
       real(wp), intent(inout) :: where_it_is(3), deep
       integer, intent(inout) :: checks
       real(wp) :: middle(3), in_body, off_tool, reach, nearer(3), further(3)
@@ -103,9 +104,10 @@ contains
       depth = max(self%one%distance(point), self%other%distance(point - self%place))
    end function depth
 
-   !> The smallest value in a box of the larger of the two signed distances. As that function is convex, so is
-   !> its minimum along one axis as a function of the other two: three nested searches find it. This one goes
-   !> along axes axis..3 through a point (golden section), and stops as soon as a value is below `enough`.
+   !> The smallest value in a box of the larger of the two signed distances. As that function is convex, its
+   !> minimum along one axis is a convex function of the other two: three nested searches find it. This one
+   !> searches along axes axis..3 through a point (golden section), and stops as soon as a value is below
+   !> `enough`.
    recursive real(wp) function lowest(pair, lower, upper, point, axis, enough) result(best)
       type(pair_t), intent(in) :: pair
       real(wp), intent(in) :: lower(3), upper(3), point(3), enough
@@ -144,9 +146,9 @@ contains
       end do
    end function lowest
 
-   !> Whether the larger of the two signed distances is below `enough` somewhere in a box. It changes by no
-   !> more than the way between two points, so its value in the middle of a box bounds it in all of it: where
-   !> that does not decide, the box is halved. Where no value can be below -`least`, it is not.
+   !> True when the larger of the two signed distances is below `enough` somewhere in a box. It changes by no
+   !> more than the distance between two points, so its value in the middle bounds it in the whole box: where
+   !> that does not decide, the box is halved, but not where no value can be below -`least`.
    recursive logical function reaches(pair, lower, upper, enough, least) result(found)
       type(pair_t), intent(in) :: pair
       real(wp), intent(in) :: lower(3), upper(3), enough, least

@@ -1,6 +1,5 @@
-!> A body of revolution that is open upwards, its radius over the height above its tip given by points with
-!> straight lines between them: a tip as its measured area function says. Beyond the last point the last line
-!> goes on.
+!> A body of revolution, open upwards, whose radius over the height above its tip is piecewise linear between
+!> given points, such as a tip with a measured area function. The last segment extends beyond the last point.
 module m_profile
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t
@@ -48,7 +47,7 @@ contains
       end if
    end subroutine variables
 
-   !> True where each line is steeper than the one below it.
+   !> True where each segment is steeper than the one below it.
    pure logical function is_convex(self)
       class(profile_t), intent(in) :: self
       integer :: n
@@ -58,8 +57,8 @@ contains
       end associate
    end function is_convex
 
-   !> In the plane of the axis and the place: the nearest point of the lines. At a corner the normal points to
-   !> the place.
+   !> In the plane of the axis and the point: the nearest point of the segments. At a corner the normal is
+   !> directed to the given point.
    pure subroutine distance_and_normal(self, place, distance, normal)
       class(profile_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
@@ -73,7 +72,7 @@ contains
       inside = .false.
       out = [0.0_wp, -1.0_wp]
       from = 0.0_wp
-      do k = 0, n - 1 ! the first line is the flat end, of no length where the tip is sharp
+      do k = 0, n - 1 ! the first segment is the flat end, of zero length for a sharp tip
          line = [self%radii(1), 0.0_wp]
          if (k > 0) then
             line = [self%radii(k + 1) - self%radii(k), self%heights(k + 1) - self%heights(k)]
@@ -99,7 +98,7 @@ contains
       if (radius <= 0.0_wp) normal = self%axis
    end subroutine distance_and_normal
 
-   !> Its rim is sharp where the wall beside it is steeper than 45 degrees.
+   !> The rim is sharp where the wall beside it is steeper than 45 degrees.
    pure real(wp) function end_radius(self)
       class(profile_t), intent(in) :: self
       end_radius = 0.0_wp

@@ -1,4 +1,4 @@
-!> Pyramids and wedges that are open upwards: faces that stand at one angle to the axis, sharp or rounded off.
+!> Pyramids and wedges, open upwards: faces at one angle to the axis, sharp or rounded.
 module m_pyramid
    use m_kinds, only: wp
    use m_vectors, only: cross, part_across
@@ -8,18 +8,17 @@ module m_pyramid
    public :: pyramid_t, max_faces
 
    integer, parameter :: max_faces = 12
-   real(wp), parameter :: rounding = 1.0e-12_wp !< a foot so little outside a face, relative to its distance
-                                                !< from the tip, is on it
+   real(wp), parameter :: rounding = 1.0e-12_wp !< a foot point outside a face by less, relative to its
+                                                !< distance from the tip, is on it
 
    type, abstract, extends(convex_t) :: pyramid_t
       real(wp) :: half_angle = 0.0_wp                !< between axis and faces, rad
       real(wp) :: tip_radius = 0.0_wp                !< of the tip and of the ridges, m; 0: sharp
-      real(wp) :: edge(3) = [1.0_wp, 0.0_wp, 0.0_wp] !< its part across the axis turns the faces about the
-                                                     !< axis
+      real(wp) :: edge(3) = [1.0_wp, 0.0_wp, 0.0_wp] !< its component normal to the axis sets the rotation of
+                                                     !< the faces about the axis
       integer, private :: faces = 0
       real(wp), private :: face(3, max_faces) = 0.0_wp  !< outward normals
-      real(wp), private :: ridge(3, max_faces) = 0.0_wp !< unit vectors from the tip along the edges between
-                                                         !< them
+      real(wp), private :: ridge(3, max_faces) = 0.0_wp !< unit vectors from the tip along the ridges
    contains
       procedure :: prepare
       procedure :: distance_and_normal
@@ -27,18 +26,18 @@ module m_pyramid
    end type pyramid_t
 
    abstract interface
-      !> Unit vectors across the axis, a column a face: where its normal leans to.
+      !> Unit vectors normal to the axis, a column a face: the direction in which the face's normal leans.
       pure function outwards_interface(self, edge, across) result(ways)
          import :: pyramid_t, wp
          class(pyramid_t), intent(in) :: self
-         real(wp), intent(in) :: edge(3), across(3) !< unit vectors across the axis and each other
+         real(wp), intent(in) :: edge(3), across(3) !< unit vectors normal to the axis and to each other
          real(wp), allocatable :: ways(:, :)
       end function outwards_interface
    end interface
 
 contains
 
-   !> The faces stand at the half angle to the axis.
+   !> Set the faces at the half angle to the axis.
    pure subroutine prepare(self, axis)
       class(pyramid_t), intent(inout) :: self
       real(wp), intent(in) :: axis(3)
@@ -52,7 +51,7 @@ contains
             self%face(:, k) = cos(self%half_angle)*ways(:, k) + sin(self%half_angle)*axis
          end do
       end associate
-      do k = 1, self%faces ! a wedge has its one ridge in both directions
+      do k = 1, self%faces ! the one ridge of a wedge extends in both directions
          self%ridge(:, k) = cross(self%face(:, k), self%face(:, 1 + mod(k, self%faces)))
          self%ridge(:, k) = self%ridge(:, k)/norm2(self%ridge(:, k))
          if (self%faces > 2 .and. dot_product(self%ridge(:, k), axis) > 0.0_wp) self%ridge(:, &
@@ -60,7 +59,7 @@ contains
       end do
    end subroutine prepare
 
-   !> A rounded pyramid is all that is nearer than its radius to a sharp one inside it.
+   !> A rounded pyramid is the set of points closer to a sharp one inside it than its radius.
    pure subroutine distance_and_normal(self, place, distance, normal)
       class(pyramid_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
@@ -69,8 +68,8 @@ contains
       distance = distance - self%tip_radius
    end subroutine distance_and_normal
 
-   !> Inside, the nearest face. Outside, the face whose plane is met within the shape; where there is none,
-   !> the nearest point of the ridges, which may be the apex.
+   !> Inside, the nearest face. Outside, the face whose foot point is within the shape; if there is none, the
+   !> nearest point of the ridges, which may be the apex.
    pure subroutine find_sharp(self, place, distance, normal)
       class(pyramid_t), intent(in) :: self
       real(wp), intent(in) :: place(3) !< from the apex, m
@@ -86,8 +85,8 @@ contains
       if (all(abs(place) <= 0.0_wp)) normal = self%axis
       if (distance <= 0.0_wp) return
       off = place - distance*normal
-      ! the foot on the face that is furthest away; if it lies outside another face, no other face's foot is
-      ! inside either
+      ! foot point on the face that is furthest away; if it lies outside another face, no other face's foot
+      ! point is inside either
       if (all(matmul(off, self%face(:, :self%faces)) <= rounding*norm2(place))) return
       distance = huge(distance)
       do k = 1, self%faces

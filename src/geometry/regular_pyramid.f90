@@ -1,4 +1,4 @@
-!> A regular pyramid that is open upwards: Vickers' with four faces, a cube's corner with three, or any other.
+!> A regular pyramid, open upwards: Vickers with four faces, cube corner with three, or any other.
 module m_regular_pyramid
    use m_kinds, only: wp
    use m_constants, only: pi
@@ -10,7 +10,7 @@ module m_regular_pyramid
    private
    public :: regular_pyramid_t
 
-   !> The first face leans towards the edge.
+   !> The normal of the first face leans towards `edge`.
    type, extends(pyramid_t) :: regular_pyramid_t
       integer :: sides = 0 !< faces
    contains

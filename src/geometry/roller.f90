@@ -1,4 +1,4 @@
-!> A cylinder without ends that lies across the axis of a tool.
+!> An unbounded cylinder that lies across the axis of a tool.
 module m_roller
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t
@@ -14,8 +14,8 @@ module m_roller
 
    type, extends(convex_t) :: roller_t
       real(wp) :: radius = 0.0_wp                      !< m
-      real(wp) :: edge(3) = [1.0_wp, 0.0_wp, 0.0_wp] !< its part across the axis is the direction of the
-                                                     !< centre line
+      real(wp) :: edge(3) = [1.0_wp, 0.0_wp, 0.0_wp] !< its component normal to the axis is the direction of
+                                                     !< the centre line
       real(wp), private :: along(3) = 0.0_wp           !< that direction, a unit vector
    contains
       procedure :: variables
@@ -25,7 +25,8 @@ module m_roller
       procedure :: take_section
    end type roller_t
 
-   real(wp), parameter :: parallel = 1.0e-9_wp !< an axis so near to the centre line's direction has that one
+   real(wp), parameter :: parallel = 1.0e-9_wp !< an axis that differs by less from the centre line's
+                                               !< direction is parallel to it
 
 contains
 
@@ -51,7 +52,7 @@ contains
                  self%axis, distance, normal)
    end subroutine distance_and_normal
 
-   !> Known only of axes along the centre line, which has no ends.
+   !> Known only for axes along the centre line, since the cylinder is unbounded.
    pure real(wp) function reach(self, place, axis)
       class(roller_t), intent(in) :: self
       real(wp), intent(in) :: place(3)

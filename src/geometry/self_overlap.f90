@@ -1,5 +1,5 @@
-!> Closed surfaces of which parts lie in each other: shells that cut or hold each other, or one that cuts
-!> itself. What is inside twice, or less than not at all, makes no distance (theory.md, eq. pseudonormal).
+!> Closed surfaces with overlapping parts: shells that cut or contain each other, or one that cuts itself. A
+!> volume enclosed twice, or with a negative sign, has no valid distance (theory.md, eq. pseudonormal).
 module m_self_overlap
    use m_kinds, only: wp
    use m_triangles, only: triangles_t
@@ -7,19 +7,19 @@ module m_self_overlap
    private
    public :: look_for_overlap
 
-   integer, parameter :: columns = 160 !< along each of two axes; they are gone along in the third
-   !> Columns stand beside the middles of their cells, so that no edge along a plane of the file meets one.
+   integer, parameter :: columns = 160 !< number of lines along each of two axes; they run along the third
+   !> Lines are offset from the midpoints of their cells, so that no edge along a plane of the file meets one.
    real(wp), parameter :: beside(2) = [0.5_wp + 0.0193741_wp, 0.5_wp - 0.0271653_wp]
 
    type :: crossings_t
-      integer, allocatable :: first(:)  !< of each column's crossings
-      real(wp), allocatable :: place(:) !< m, along the column
+      integer, allocatable :: first(:)  !< of each line's crossings
+      real(wp), allocatable :: place(:) !< m, along the line
       integer, allocatable :: turn(:)   !< 1: into the surface; -1: out of it
    end type crossings_t
 
 contains
 
-   !> Volume that is inside, and that of it which is inside more than once or where the surface is inside out,
+   !> Volume inside, and the part of it that is enclosed more than once or where the surface is inside out,
    !> m3: by lines along the three axes.
    subroutine look_for_overlap(triangles, inside, wrong)
       type(triangles_t), intent(in) :: triangles
@@ -42,7 +42,7 @@ contains
       end do
    end subroutine look_for_overlap
 
-   !> Where all columns meet triangles: counted first, then kept column by column.
+   !> Intersections of all lines with triangles: counted first, then stored line by line.
    subroutine find_crossings(triangles, axis, others, lower, width, found)
       type(triangles_t), intent(in) :: triangles
       integer, intent(in) :: axis, others(2)
@@ -86,7 +86,8 @@ contains
                   k = i + columns*(j - 1)
                   if (keep) then
                      found%place(next(k)) = sum(part*triangles%corner(axis, triangles%of(:, t)))
-                     found%turn(next(k)) = merge(-1, 1, area > 0.0_wp) ! the normal looks along the axis: out
+                     found%turn(next(k)) = merge(-1, 1, area > 0.0_wp) ! the normal is in the direction of the
+                                                                       ! line: an exit
                   end if
                   next(k) = next(k) + 1
                end do
@@ -100,7 +101,7 @@ contains
       turned = a(1)*b(2) - a(2)*b(1)
    end function turned
 
-   !> A column's share of the volumes. One that meets an edge may have a crossing too many, and is left out.
+   !> A line's share of the volumes. One that meets an edge may have a crossing too many, and is skipped.
    subroutine go_along(place, turn, area, inside, wrong)
       real(wp), intent(inout) :: place(:)
       integer, intent(inout) :: turn(:)

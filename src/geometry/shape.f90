@@ -1,9 +1,9 @@
-!> What a shape must offer, of a body or of a tool. One shape is one file that extends shape_t, and one line
-!> in shapes.f90.
+!> Interface of a shape of a body or of a tool. A shape is one file that extends shape_t, and one line in
+!> shapes.f90.
 !>
-!> The signed distance is that to the surface, negative inside. It may grow by no more than the way between
-!> two places; outside it is exact. The shape of a body stands where the body does. That of a tool has its
-!> foremost point (the tip) in the origin, and points along its axis.
+!> The signed distance is that to the surface, negative inside. It may grow by no more than the distance
+!> between two points; outside it is exact. The shape of a body is placed where the body is. That of a tool
+!> has its foremost point (the tip) in the origin, and points along its axis.
 module m_shape
    use m_kinds, only: wp
    use m_communicator, only: communicator_t
@@ -15,7 +15,7 @@ module m_shape
    public :: shape_t, convex_t, why_not_round, why_not_along, runs_along
 
    type, abstract, extends(offer_t) :: shape_t
-      logical :: of_tool = .false. !< the tool says where it is
+      logical :: of_tool = .false. !< positioned by the tool
       real(wp) :: axis(3) = [0.0_wp, 0.0_wp, 1.0_wp] !< unit vector; of a tool the direction in which it
                                                      !< points
    contains
@@ -44,15 +44,15 @@ module m_shape
       procedure :: end_radius
    end type shape_t
 
-   !> A shape whose distance is a convex function of the place: where two of them are nearest is then found
-   !> exactly (overlap.f90).
+   !> A shape whose distance is a convex function of position: the smallest distance of two of them is then
+   !> found exactly (overlap.f90).
    type, abstract, extends(shape_t) :: convex_t
    contains
       procedure :: is_convex => is_convex_here
    end type convex_t
 
    abstract interface
-      !> Signed distance (m) of a place (m) from the surface, and the outward unit normal of the surface at
+      !> Signed distance (m) of a point (m) from the surface, and the outward unit normal of the surface at
       !> its nearest point.
       pure subroutine distance_interface(self, place, distance, normal)
          import :: shape_t, wp
@@ -64,15 +64,15 @@ module m_shape
 
 contains
 
-   !> Take the axis of the tool, and have at hand what the distance needs of it.
+   !> Set the tool's axis, and precompute what the distance needs from it.
    pure subroutine prepare(self, axis)
       class(shape_t), intent(inout) :: self
       real(wp), intent(in) :: axis(3) !< unit vector
       self%axis = axis
    end subroutine prepare
 
-   !> Collective: read what the shape is made of, where that stands in a file. `fault` says what is wrong with
-   !> the file, the same on every rank; empty: nothing.
+   !> Collective: read the shape's data from its file, if it has one. `fault` describes an error in the file,
+   !> the same on every rank; empty: none.
    subroutine load(self, communicator, fault)
       class(shape_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -80,14 +80,14 @@ contains
       fault = ''
    end subroutine load
 
-   !> The file that it is made of; empty: none.
+   !> The file of the shape; empty: none.
    pure function file_name(self) result(name)
       class(shape_t), intent(in) :: self
       character(len=:), allocatable :: name
       name = ''
    end function file_name
 
-   !> True where the distance is known to be a convex function of the place.
+   !> True where the distance is known to be a convex function of position.
    pure logical function is_convex(self)
       class(shape_t), intent(in) :: self
       is_convex = .false.
@@ -98,7 +98,7 @@ contains
       is_convex = .true.
    end function is_convex_here
 
-   !> Smallest box along the grid around the shape, m. Tools need none.
+   !> Axis-aligned bounding box of the shape, m. Not needed for tools.
    pure subroutine bounding_box(self, lower, upper)
       class(shape_t), intent(in) :: self
       real(wp), intent(out) :: lower(3), upper(3)
@@ -106,14 +106,14 @@ contains
       upper = huge(upper)
    end subroutine bounding_box
 
-   !> Radius of a flat end across the axis with a sharp rim, of a tool; 0: it has none, m.
+   !> Radius of a flat end with a sharp rim across the axis, of a tool, m; 0: none.
    pure real(wp) function end_radius(self)
       class(shape_t), intent(in) :: self
       end_radius = 0.0_wp
    end function end_radius
 
-   !> No place of the surface is further away from a place (m), or from an axis through it, m; huge where
-   !> nothing is known.
+   !> Upper bound of the distance of the surface from a point (m), or from an axis through it, m; huge where
+   !> unknown.
    pure real(wp) function reach(self, place, axis)
       class(shape_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
@@ -131,7 +131,7 @@ contains
       end do
    end function reach
 
-   !> Signed distance of a place from the surface, m.
+   !> Signed distance of a point from the surface, m.
    pure real(wp) function distance(self, place)
       class(shape_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
@@ -139,8 +139,8 @@ contains
       call self%distance_and_normal(place, distance, normal)
    end function distance
 
-   !> Signed distance and normal of a place that is nearer to the surface than `limit` (m); else the distance
-   !> may be another one of its sign that is no nearer, and the normal none.
+   !> Signed distance and normal of a point nearer to the surface than `limit` (m); else the distance may be a
+   !> bound of the same sign, not below the limit in size, and the normal is undefined.
    pure subroutine distance_within(self, place, limit, distance, normal)
       class(shape_t), intent(in) :: self
       real(wp), intent(in) :: place(3), limit
@@ -148,34 +148,34 @@ contains
       call self%distance_and_normal(place, distance, normal)
    end subroutine distance_within
 
-   !> The signed distance of a place is not less, m: to be asked first where is_searched.
+   !> Lower bound of the signed distance of a point, m; to be used first where is_searched.
    pure real(wp) function min_distance(self, place)
       class(shape_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
       min_distance = self%distance(place)
    end function min_distance
 
-   !> The signed distance of a place is not more, m; as min_distance.
+   !> Upper bound of the signed distance of a point, m; as min_distance.
    pure real(wp) function max_distance(self, place)
       class(shape_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
       max_distance = self%distance(place)
    end function max_distance
 
-   !> True where a distance takes a search, and its bounds much less.
+   !> True where a distance requires a search, and its bounds are much cheaper.
    pure logical function is_searched(self)
       class(shape_t), intent(in) :: self
       is_searched = .false.
    end function is_searched
 
-   !> True when a place lies inside.
+   !> True when a point lies inside.
    pure logical function inside(self, place)
       class(shape_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
       inside = self%distance(place) < 0.0_wp
    end function inside
 
-   !> m3; or that of the box around it, where the shape does not say.
+   !> m3; that of the bounding box where the shape does not provide it.
    pure real(wp) function volume(self)
       class(shape_t), intent(in) :: self
       real(wp) :: lower(3), upper(3)
@@ -189,7 +189,7 @@ contains
       knows_volume = .true.
    end function knows_volume
 
-   !> Area of the surface, m2; 0 where the shape does not say.
+   !> Area of the surface, m2; 0 where the shape does not provide it.
    pure real(wp) function area(self)
       class(shape_t), intent(in) :: self
       area = 0.0_wp
@@ -203,21 +203,21 @@ contains
       centre = 0.5_wp*(lower + upper)
    end function centre
 
-   !> A place (m) where corners of particles meet: from here the lattice of a body's particles is laid.
+   !> A point (m) where corners of particles meet: the origin of the lattice of a body's particles.
    pure function lattice_origin(self) result(origin)
       class(shape_t), intent(in) :: self
       real(wp) :: origin(3)
       origin = self%centre()
    end function lattice_origin
 
-   !> True when particles fill the shape exactly: its edges must be whole numbers of them, and no symmetry
-   !> plane may cut it.
+   !> True when particles fill the shape exactly: its edges must be whole numbers of particles, and no
+   !> symmetry plane may cut it.
    pure logical function is_lattice(self)
       class(shape_t), intent(in) :: self
       is_lattice = .false.
    end function is_lattice
 
-   !> How thick a body is where it is thinnest (m), and the variable that says it.
+   !> Smallest thickness of a body (m), and the variable that sets it.
    pure subroutine thinnest(self, thickness, variable)
       class(shape_t), intent(in) :: self
       real(wp), intent(out) :: thickness
@@ -228,7 +228,7 @@ contains
       variable = 'shape'
    end subroutine thinnest
 
-   !> The default is a shape that is neither a body of revolution nor one that goes on along y.
+   !> The default is a shape that is neither a body of revolution nor uniform along y.
    subroutine take_section(self, section, why)
       class(shape_t), intent(inout) :: self
       type(section_t), intent(in) :: section
@@ -238,12 +238,12 @@ contains
       why = 'is no shape that '//why//'; allowed in 3D'
    end subroutine take_section
 
-   !> Of a shape that is one of revolution about an axis through a place: what is wrong where that is not the
-   !> section's; empty: nothing.
+   !> Check of a shape of revolution about an axis through a point: the error if that is not the section's
+   !> axis; empty: none.
    pure function why_not_round(section, place, axis) result(why)
       type(section_t), intent(in) :: section
       real(wp), intent(in) :: place(3)
-      real(wp), intent(in), optional :: axis(3) !< unit vector; not there: any
+      real(wp), intent(in), optional :: axis(3) !< unit vector; absent: any
       character(len=:), allocatable :: why
       why = ''
       if (.not. section%is_round()) then
@@ -255,7 +255,7 @@ contains
       end if
    end function why_not_round
 
-   !> The same of one that goes on along a direction, which must be y.
+   !> The same for a shape that is uniform along a direction, which must be y.
    pure function why_not_along(section, direction) result(why)
       type(section_t), intent(in) :: section
       real(wp), intent(in) :: direction(3) !< unit vector
@@ -268,7 +268,7 @@ contains
       end if
    end function why_not_along
 
-   !> True of a direction (unit vector) along an axis of the grid.
+   !> True when a direction (unit vector) is along an axis of the grid.
    pure logical function runs_along(direction, axis)
       real(wp), intent(in) :: direction(3)
       integer, intent(in) :: axis
@@ -279,7 +279,7 @@ contains
       runs_along = norm2(cross(direction, unit)) <= square
    end function runs_along
 
-   !> The variable that says where a body lies, or how far it reaches down.
+   !> The variable that sets the position of a body, or its lower end.
    pure function place_name(self, down) result(name)
       class(shape_t), intent(in) :: self
       logical, intent(in) :: down

@@ -1,4 +1,4 @@
-!> Variables that several shapes have: directions and angles, read and written.
+!> Variables shared by several shapes: directions and angles, read and written.
 module m_shape_variables
    use m_kinds, only: wp
    use m_constants, only: pi
@@ -9,11 +9,11 @@ module m_shape_variables
    private
    public :: make_unit, get_half_angle, get_edge, get_tip_radius
 
-   real(wp), parameter :: parallel = 1.0e-12_wp !< one minus the cosine of directions that are taken for one
+   real(wp), parameter :: parallel = 1.0e-12_wp !< one minus the cosine of directions that count as parallel
 
 contains
 
-   !> Give an axis the length 1. One that has it keeps its bits, so that what is written reads back the same.
+   !> Normalise an axis. A unit vector keeps its bits, so that what is written reads back the same.
    subroutine make_unit(group, axis)
       type(group_reader_t), intent(inout) :: group
       real(wp), intent(inout) :: axis(3)
@@ -25,7 +25,7 @@ contains
       end if
    end subroutine make_unit
 
-   !> `half_angle`, between axis and surface: degrees in the scene, radians in the shape. 0 has no default.
+   !> `half_angle`, between axis and surface: degrees in the scene, radians in the shape. 0: no default.
    subroutine get_half_angle(group, radians)
       type(group_reader_t), intent(inout) :: group
       real(wp), intent(inout) :: radians
@@ -36,15 +36,15 @@ contains
       radians = degrees*(pi/180.0_wp)
    end subroutine get_half_angle
 
-   !> `tip_radius`, of the sphere that rounds a tip off and touches its faces, m; 0 by default: sharp.
+   !> `tip_radius`, of the sphere that rounds a tip and touches its faces, m; 0 by default: sharp.
    subroutine get_tip_radius(group, radius)
       type(group_reader_t), intent(inout) :: group
       real(wp), intent(inout) :: radius
       call group%get('tip_radius', radius, at_least(0.0_wp, 'm'))
    end subroutine get_tip_radius
 
-   !> Degrees that read back to exactly this angle in radians: those of the fewest digits, among the
-   !> neighbours if need be.
+   !> Degrees that read back to exactly this angle in radians: with the fewest digits, trying neighbouring
+   !> values if needed.
    function degrees_of(radians) result(degrees)
       real(wp), intent(in) :: radians
       real(wp) :: degrees, nearest
@@ -63,8 +63,8 @@ contains
       degrees = nearest
    end function degrees_of
 
-   !> `edge`, a direction of which the part across a tool's axis counts; by default x, or y where that is the
-   !> axis.
+   !> `edge`, a direction of which the component normal to a tool's axis is used; by default x, or y where the
+   !> axis is x.
    subroutine get_edge(group, axis, edge)
       type(group_reader_t), intent(inout) :: group
       real(wp), intent(in) :: axis(3)

@@ -8,7 +8,7 @@ module m_shapes
 
 contains
 
-   !> The shapes that bodies and tools may have, under their words. One line a shape: it brings its own `use`.
+   !> The shapes of bodies and tools, by name. One line a shape, with its own `use`.
    subroutine known_shapes(bodies, tools)
       type(offer_slot_t), allocatable, intent(out) :: bodies(:), tools(:)
       block; use m_box, only: box_t; call body('box', box_t()); end block

@@ -50,7 +50,8 @@ contains
       call round(place - self%center, self%radius, self%axis, distance, normal)
    end subroutine distance_and_normal
 
-   !> A sphere or a cylinder, by the way from its centre or centre line; there the normal is the axis.
+   !> Distance and normal for a sphere or a cylinder, from the vector from its centre or centre line; at the
+   !> centre the normal is the axis.
    pure subroutine round(from_centre, radius, axis, distance, normal)
       real(wp), intent(in) :: from_centre(3), radius, axis(3)
       real(wp), intent(out) :: distance, normal(3)

@@ -1,5 +1,5 @@
-!> A closed surface of triangles: corners without doubles, which triangle is beside which, and the normals by
-!> which places tell inside from outside (theory.md, eq. pseudonormal).
+!> A closed surface of triangles: unique corners, adjacency of triangles, and the normals that distinguish
+!> inside from outside (theory.md, eq. pseudonormal).
 module m_triangles
    use m_kinds, only: wp, i8
    use m_number_text, only: reals_text
@@ -35,7 +35,7 @@ contains
       triangle_count = size(self%of, 2)
    end function triangle_count
 
-   !> Corners at the same place become one.
+   !> Merge corners at the same position.
    pure subroutine weld(place, of)
       real(wp), allocatable, intent(inout) :: place(:, :) !< (3, corners)
       integer, allocatable, intent(inout) :: of(:, :)     !< (3, triangles): corners by number
@@ -64,7 +64,7 @@ contains
       call renumber(number, of)
    end subroutine weld
 
-   !> Corners take new numbers; triangles that lose one of theirs by that go.
+   !> Renumber corners; triangles with two equal corners are removed.
    pure subroutine renumber(number, of)
       integer, intent(in) :: number(:) !< of each corner
       integer, allocatable, intent(inout) :: of(:, :)
@@ -78,8 +78,8 @@ contains
       of = of(:, pack([(t, t=1, size(of, 2))], whole))
    end subroutine renumber
 
-   !> Corners that are no further from each other than `near` become the first of them: each looks among those
-   !> before it in its cell of that size and in the 26 around.
+   !> Corners no further apart than `near` are merged into the first of them: each is compared with those
+   !> before it in its cell of that size and the 26 around.
    pure subroutine weld_near(place, of, near)
       real(wp), allocatable, intent(inout) :: place(:, :)
       integer, allocatable, intent(inout) :: of(:, :)
@@ -120,7 +120,7 @@ contains
    end subroutine weld_near
 
    !> Check that every edge has one triangle on each side, that all are oriented outwards and have an area;
-   !> then find the normals. `fault` says what is wrong, and is empty where nothing is.
+   !> then compute the normals. `fault` describes the error; empty: none.
    pure subroutine close_up(self, fault)
       class(triangles_t), intent(inout) :: self
       character(len=:), allocatable, intent(out) :: fault
@@ -167,7 +167,7 @@ contains
          fault = 'is inside out: its volume is negative; reverse the triangles (counter-clockwise seen '// &
             'from outside)'
    contains
-      !> Where the half edge from corner a to corner b is in the table, or would be.
+      !> Index in the table of the half edge from corner a to corner b, or of its free entry.
       pure integer(i8) function found(a, b) result(key)
          integer, intent(in) :: a, b
          integer :: triangle, first
@@ -223,13 +223,13 @@ contains
       end do
    end subroutine find_normals
 
-   !> Between two vectors, rad.
+   !> Angle between two vectors, rad.
    pure real(wp) function angle(a, b)
       real(wp), intent(in) :: a(3), b(3)
       angle = atan2(norm2(cross(a, b)), dot_product(a, b))
    end function angle
 
-   !> Inside, m3: below 0 where the triangles face inwards.
+   !> Volume inside, m3: negative where the triangles face inwards.
    pure real(wp) function volume(self)
       class(triangles_t), intent(in) :: self
       real(wp) :: from(3)
@@ -244,7 +244,7 @@ contains
       volume = volume/6.0_wp
    end function volume
 
-   !> Smallest box along the axes around all corners, m.
+   !> Axis-aligned bounding box of all corners, m.
    pure subroutine bounds(self, lower, upper)
       class(triangles_t), intent(in) :: self
       real(wp), intent(out) :: lower(3), upper(3)
@@ -252,7 +252,7 @@ contains
       upper = maxval(self%corner, dim=2)
    end subroutine bounds
 
-   !> One less than a power of two: places of a table that is at most half full.
+   !> One less than a power of two: size of a table that is at most half full.
    pure integer(i8) function table_mask(entries)
       integer, intent(in) :: entries
       table_mask = 16
@@ -262,7 +262,7 @@ contains
       table_mask = table_mask - 1
    end function table_mask
 
-   !> Three integers mixed into one; none of it may overflow.
+   !> Hash of three integers, without overflow.
    pure integer(i8) function mixed(keys)
       integer(i8), intent(in) :: keys(3)
       integer(i8), parameter :: low = 2147483647_i8

@@ -1,4 +1,4 @@
-!> A wedge that is open upwards.
+!> A wedge, open upwards.
 module m_wedge
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t
@@ -11,7 +11,7 @@ module m_wedge
    private
    public :: wedge_t
 
-   !> Two faces, whose ridge lies along the edge.
+   !> Two faces, whose ridge is along `edge`.
    type, extends(pyramid_t) :: wedge_t
    contains
       procedure :: variables
