@@ -1,5 +1,5 @@
-!> One degree of freedom of a tool: it slides along a direction or turns about an axis, at given speeds or
-!> pushed by given loads (theory.md, eq. freedoms).
+!> One degree of freedom of a tool: translation along a direction or rotation about an axis, with given speeds
+!> or driven by given loads (theory.md, eq. freedoms).
 module m_freedom
    use m_kinds, only: wp
    use m_piecewise, only: value_at, integral
@@ -9,16 +9,16 @@ module m_freedom
    private
    public :: freedom_t
 
-   !> Of a turn ways are angles in rad, speeds in rad/s, pushes in N m, inertia in kg m2; of a slide m, m/s, N
-   !> and kg. Both have one direction in space for good. The point of a turn goes with the slides of its tool
-   !> and with the turns before it.
+   !> For a rotation, travel is in rad, speed in rad/s, loads in N m, inertia in kg m2; for a translation m,
+   !> m/s, N and kg. The direction or axis is fixed in space. The point of a rotation moves with the
+   !> translations of its tool and with the rotations listed before it.
    type :: freedom_t
       type(motion_spec_t) :: spec
       real(wp) :: travel = 0.0_wp    !< since the start
       real(wp) :: speed = 0.0_wp     !< in this step
-      real(wp) :: aside(3) = 0.0_wp  !< of a turn: how far the turns before it have moved its point, m
-      real(wp) :: point(3) = 0.0_wp  !< of a turn: where that is now, m
-      real(wp) :: reach = 1.0_wp     !< largest speed that a unit of its speed gives to the surface: 1, or m
+      real(wp) :: aside(3) = 0.0_wp  !< rotation: displacement of its point by the rotations before it, m
+      real(wp) :: point(3) = 0.0_wp  !< rotation: present position of its point, m
+      real(wp) :: reach = 1.0_wp     !< largest surface speed per unit of its speed: 1, or m
    contains
       procedure :: is_pushed
       procedure :: begin_step
@@ -33,13 +33,13 @@ module m_freedom
 
 contains
 
-   !> True when loads push it, false when its speed is given.
+   !> True when it is driven by loads, false when its speed is given.
    pure logical function is_pushed(self)
       class(freedom_t), intent(in) :: self
       is_pushed = allocated(self%spec%loads)
    end function is_pushed
 
-   !> Set the speed of a step: the mean of the given one, or the one to which the loads alone would bring it.
+   !> Set the speed of a step: the mean of the given one, or the one resulting from the given loads alone.
    pure subroutine begin_step(self, time, time_step)
       class(freedom_t), intent(inout) :: self
       real(wp), intent(in) :: time, time_step !< s
@@ -51,14 +51,15 @@ contains
       end if
    end subroutine begin_step
 
-   !> What is pushed gives way to the force (N) or moment (N m) of the bodies over a step; after begin_step.
+   !> Update the speed of a load-driven freedom by the force (N) or moment (N m) of the bodies over a step;
+   !> after begin_step.
    pure subroutine give_way(self, push, time_step)
       class(freedom_t), intent(inout) :: self
       real(wp), intent(in) :: push, time_step
       self%speed = self%speed + self%mobility(time_step)*push
    end subroutine give_way
 
-   !> Go on to where it is at a time, the end of the step.
+   !> Advance to the end of the step, at `time`.
    pure subroutine advance(self, time, time_step)
       class(freedom_t), intent(inout) :: self
       real(wp), intent(in) :: time, time_step !< s
@@ -69,7 +70,7 @@ contains
       end if
    end subroutine advance
 
-   !> Speed at a time (s): the given one; that of the last step where loads push.
+   !> Speed at a time (s): the given one; that of the last step if driven by loads.
    pure real(wp) function speed_at(self, time)
       class(freedom_t), intent(in) :: self
       real(wp), intent(in) :: time
@@ -80,7 +81,7 @@ contains
       end if
    end function speed_at
 
-   !> Largest speed that is given between two times (s), or that of now where loads push.
+   !> Largest given speed between two times (s); the present one if driven by loads.
    pure real(wp) function fastest(self, from, to)
       class(freedom_t), intent(in) :: self
       real(wp), intent(in) :: from, to
@@ -90,14 +91,14 @@ contains
                                     .and. self%spec%times < to))
    end function fastest
 
-   !> Way that the given speeds make between two times (s).
+   !> Travel by the given speeds between two times (s).
    pure real(wp) function travel_between(self, from, to) result(way)
       class(freedom_t), intent(in) :: self
       real(wp), intent(in) :: from, to
       way = integral(self%spec%times, self%spec%speeds, from, to)
    end function travel_between
 
-   !> Speed that a unit of push makes in a step, s/kg or s/(kg m2); 0 where the speed is given.
+   !> Change of speed per unit of load over a step, s/kg or s/(kg m2); 0 where the speed is given.
    pure real(wp) function mobility(self, time_step)
       class(freedom_t), intent(in) :: self
       real(wp), intent(in) :: time_step
@@ -105,7 +106,7 @@ contains
       if (self%is_pushed()) mobility = time_step/self%spec%mass
    end function mobility
 
-   !> Velocity that a unit of its speed gives to a place (m) of the tool: 1 or m.
+   !> Velocity of a point (m) of the tool per unit of its speed: 1 or m.
    pure function velocity_at(self, place) result(v)
       class(freedom_t), intent(in) :: self
       real(wp), intent(in) :: place(3)

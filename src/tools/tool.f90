@@ -1,4 +1,4 @@
-!> Rigid tools: where they are, how they move, and the gap and normal to their surface.
+!> Rigid tools: their position and motion, and the gap and normal to their surface.
 module m_tool
    use m_kinds, only: wp
    use m_rotations, only: no_rotation, turn_by, followed_by, matrix_of
@@ -11,25 +11,25 @@ module m_tool
 
    real(wp), parameter :: far = 1.0e30_wp !< m
 
-   !> A tool moves along its axis, and as its motions say: each is a degree of freedom, the axis is the first.
-   !> `gap` is the signed distance to its surface: positive outside, negative inside. At a convex shape a step
-   !> that keeps the linearised gap open keeps the gap open.
+   !> A tool moves along its axis, and by its motions: each is a degree of freedom, the axis is the first.
+   !> `gap` is the signed distance to its surface: positive outside, negative inside. For a convex shape a
+   !> step that keeps the linearised gap open keeps the gap open.
    !>
-   !> Its point is that of its first turn, or else its tip.
+   !> Its reference point is that of its first rotation, or else its tip.
    type :: tool_t
-      type(tool_spec_t) :: spec   !< its shape has been prepared
+      type(tool_spec_t) :: spec   !< with prepared shape
       type(freedom_t), allocatable :: freedoms(:)
-      integer, allocatable :: pushed(:) !< which of them loads push
-      integer :: pivot = 0              !< the first that turns; 0: none does
-      real(wp) :: aside(3) = 0.0_wp     !< how far turns have moved the tip, m
+      integer, allocatable :: pushed(:) !< freedoms driven by loads
+      integer :: pivot = 0              !< the first rotation; 0: none
+      real(wp) :: aside(3) = 0.0_wp     !< displacement of the tip by rotations, m
       real(wp) :: orientation(4) = no_rotation !< a unit quaternion
-      real(wp) :: limits(3, 2) = reshape([-far, -far, -far, far, far, far], [3, 2]) !< nothing is touched
+      real(wp) :: limits(3, 2) = reshape([-far, -far, -far, far, far, far], [3, 2]) !< no contact
                                                                                    !< outside, m
-      ! what follows from these, after settle:
-      real(wp) :: tip(3) = 0.0_wp       !< where the tip is, m
-      real(wp) :: point(3) = 0.0_wp     !< where its point is, m
-      real(wp) :: rotation(3, 3) = 0.0_wp !< its columns are where the axes of the grid have turned to
-      real(wp) :: velocity(3) = 0.0_wp  !< of its point, m/s
+      ! derived from these by settle:
+      real(wp) :: tip(3) = 0.0_wp       !< position of the tip, m
+      real(wp) :: point(3) = 0.0_wp     !< position of its reference point, m
+      real(wp) :: rotation(3, 3) = 0.0_wp !< columns: the rotated axes of the grid
+      real(wp) :: velocity(3) = 0.0_wp  !< of its reference point, m/s
       real(wp) :: spin(3) = 0.0_wp      !< rad/s
    contains
       procedure :: is_pushed
@@ -60,7 +60,7 @@ contains
    !> A tool at its start.
    type(tool_t) function make_tool(spec, limits) result(tool)
       type(tool_spec_t), intent(in) :: spec
-      real(wp), intent(in), optional :: limits(3, 2) !< lowest and highest place that there is, m
+      real(wp), intent(in), optional :: limits(3, 2) !< bounds of the domain of contact, m
       integer :: k, n
       tool%spec = spec
       call tool%spec%shape%prepare(spec%axis)
@@ -95,14 +95,14 @@ contains
       motion%initial_speed = spec%initial_speed
    end function axial
 
-   !> True when loads push the tool in some way, false when all its speeds are given.
+   !> True when at least one freedom is driven by loads, false when all speeds are given.
    pure logical function is_pushed(self)
       class(tool_t), intent(in) :: self
       is_pushed = size(self%pushed) > 0
    end function is_pushed
 
-   !> Set the speeds of a step: the means of the given ones, and those to which the loads alone would bring
-   !> the tool; without these where they have pushed in this step already.
+   !> Set the speeds of a step: the means of the given ones, and those resulting from the given loads alone;
+   !> `have_pushed`: these loads have been applied in this step already.
    pure subroutine begin_step(self, time, time_step, have_pushed)
       class(tool_t), intent(inout) :: self
       real(wp), intent(in) :: time, time_step !< s
@@ -117,11 +117,11 @@ contains
       call self%set_velocity()
    end subroutine begin_step
 
-   !> A pushed tool gives way to what the bodies exert on it over a step; after begin_step.
+   !> Update the speeds of a load-driven tool by the forces of the bodies on it over a step; after begin_step.
    pure subroutine react(self, force, moment, time_step)
       class(tool_t), intent(inout) :: self
       real(wp), intent(in) :: force(3)  !< N
-      real(wp), intent(in) :: moment(3) !< about its point, N m
+      real(wp), intent(in) :: moment(3) !< about its reference point, N m
       real(wp), intent(in) :: time_step !< s
       real(wp) :: push
       integer :: n
@@ -139,7 +139,7 @@ contains
       call self%set_velocity()
    end subroutine react
 
-   !> Move the tool to where it is at a time, the end of the step.
+   !> Move the tool to its position at the end of the step, at `time`.
    pure subroutine end_step(self, time, time_step)
       class(tool_t), intent(inout) :: self
       real(wp), intent(in) :: time, time_step !< s
@@ -157,24 +157,24 @@ contains
       call self%settle()
    end subroutine end_step
 
-   !> Move the tool to where its given speeds bring it until a time (s); loads leave it where it is.
+   !> Move the tool by its given speeds until a time (s); load-driven freedoms do not move.
    pure subroutine carry_to(self, time)
       class(tool_t), intent(inout) :: self
       real(wp), intent(in) :: time
       call self%end_step(time, 0.0_wp)
    end subroutine carry_to
 
-   !> Take the tool through a step in which what loads push makes given ways (m or rad).
+   !> Move the tool through a step with given increments (m or rad) of its load-driven freedoms.
    pure subroutine carry_by(self, time, time_step, ways)
       class(tool_t), intent(inout) :: self
-      real(wp), intent(in) :: time, time_step !< of the step's beginning; s
+      real(wp), intent(in) :: time, time_step !< start of the step and its length; s
       real(wp), intent(in) :: ways(:)         !< (pushed)
       call self%begin_step(time, time_step, have_pushed=.true.)
       self%freedoms(self%pushed)%speed = ways/time_step
       call self%end_step(time + time_step, time_step)
    end subroutine carry_by
 
-   !> Turn about the axis of a freedom by an angle (rad): the tool, and the points of later turns.
+   !> Rotate the tool and the points of later rotations about the axis of a freedom, by an angle (rad).
    pure subroutine turn(self, k, angle)
       class(tool_t), intent(inout) :: self
       integer, intent(in) :: k
@@ -198,7 +198,7 @@ contains
       call self%settle()
    end subroutine turn
 
-   !> Have at hand what follows from how far the tool has gone and turned, and how fast it is.
+   !> Update the values derived from the tool's travel and speeds.
    pure subroutine settle(self)
       class(tool_t), intent(inout) :: self
       integer :: k
@@ -224,7 +224,7 @@ contains
       call self%set_velocity()
    end subroutine settle
 
-   !> Move a place by all slides.
+   !> Move a point by all translations.
    pure subroutine slide(self, place)
       class(tool_t), intent(in) :: self
       real(wp), intent(inout) :: place(3) !< m
@@ -236,7 +236,7 @@ contains
       end do
    end subroutine slide
 
-   !> Largest distance of the tool's surface, where there is any, from the axis of a turn, m.
+   !> Largest distance of the tool's surface, within the limits, from the axis of a rotation, m.
    pure real(wp) function lever(self, k)
       type(tool_t), intent(in) :: self
       integer, intent(in) :: k
@@ -245,7 +245,7 @@ contains
       associate (it => self%freedoms(k))
          if (count(self%freedoms%spec%turns) == 1) then
             lever = self%spec%shape%reach(it%spec%point - self%spec%tip, it%spec%axis)
-         else ! others may bring any side of it away from the axis
+         else ! other rotations may turn any side away from the axis
             lever = norm2(it%point - self%tip) + self%spec%shape%reach([0.0_wp, 0.0_wp, 0.0_wp])
          end if
          farthest = 0.0_wp
@@ -257,7 +257,7 @@ contains
       end associate
    end function lever
 
-   !> The velocity of the tool's point, and how it spins, from the speeds of its freedoms.
+   !> Set the velocity of the tool's reference point and its angular velocity from the speeds of its freedoms.
    pure subroutine set_velocity(self)
       class(tool_t), intent(inout) :: self
       integer :: k
@@ -271,26 +271,26 @@ contains
       end do
    end subroutine set_velocity
 
-   !> How far it has gone along its axis since the start, m.
+   !> Travel along its axis since the start, m.
    pure real(wp) function depth(self)
       class(tool_t), intent(in) :: self
       depth = self%freedoms(1)%travel
       if (size(self%freedoms) > 1) depth = dot_product(self%displacement(), self%spec%axis)
    end function depth
 
-   !> How far its point has gone since the start, m.
+   !> Displacement of its reference point since the start, m.
    pure function displacement(self) result(way)
       class(tool_t), intent(in) :: self
       real(wp) :: way(3)
       way = self%freedoms(1)%travel*self%spec%axis
       if (size(self%freedoms) == 1) return
       way = self%aside
-      if (self%pivot > 0) way = 0.0_wp ! no turn moves the point of the first one
+      if (self%pivot > 0) way = 0.0_wp ! the reference point of the first rotation is not moved by rotations
       call slide(self, way)
    end function displacement
 
-   !> No point of the surface is faster at a time (s), m/s: by the given speeds, and by those of now where
-   !> loads push.
+   !> Upper bound of the surface speed at a time (s), m/s: from the given speeds, and the present ones where
+   !> driven by loads.
    pure real(wp) function speed_at(self, time) result(speed)
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: time
@@ -301,7 +301,7 @@ contains
       end do
    end function speed_at
 
-   !> The same for all times between two, s; of the given speeds alone where that is asked.
+   !> The same for all times between two, s; of the given speeds alone if `given`.
    pure real(wp) function fastest(self, from, to, given)
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: from, to
@@ -316,7 +316,7 @@ contains
       end do
    end function fastest
 
-   !> The same as the tool moves in this step.
+   !> The same for the present step.
    pure real(wp) function surface_speed(self) result(speed)
       class(tool_t), intent(in) :: self
       integer :: k
@@ -328,7 +328,7 @@ contains
       end do
    end function surface_speed
 
-   !> Speeds that a unit of push makes in a step (s), one for each freedom that loads push: s/kg or s/(kg m2).
+   !> Changes of speed per unit of load over a step (s), for each load-driven freedom: s/kg or s/(kg m2).
    pure function mobilities(self, time_step)
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: time_step
@@ -339,8 +339,8 @@ contains
       end do
    end function mobilities
 
-   !> What a unit of force at a place of the tool, along a direction, pushes each freedom that loads push: 1
-   !> or m.
+   !> Generalised load on each load-driven freedom per unit of force at a point of the tool, along a
+   !> direction: 1 or m.
    pure function along(self, place, direction)
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: place(3), direction(3)
@@ -351,7 +351,7 @@ contains
       end do
    end function along
 
-   !> Velocity (m/s) of the tool at a place.
+   !> Velocity (m/s) of the tool at a point.
    pure function velocity_at(self, place) result(v)
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: place(3) !< m
@@ -360,7 +360,7 @@ contains
       if (self%pivot > 0) v = v + cross(self%spin, place - self%point)
    end function velocity_at
 
-   !> Gap (m) from a place to the tool's surface, and the outward unit normal of the surface there.
+   !> Gap (m) from a point to the tool's surface, and the outward unit normal of the surface there.
    pure subroutine gap_and_normal(self, position, gap, normal)
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: position(3) !< m
@@ -374,8 +374,8 @@ contains
       end if
    end subroutine gap_and_normal
 
-   !> The same of a place with a gap (inwards too) below `limit`; else the gap may be another one of its sign
-   !> that is no smaller, and the normal none: where a distance takes a search, a short one does.
+   !> The same for a point with a gap (inwards too) below `limit`; else the gap may be a bound of the same
+   !> sign, not below the limit in size, and the normal is undefined: this shortens a search.
    pure subroutine gap_within(self, position, limit, gap, normal)
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: position(3), limit !< m
@@ -388,7 +388,7 @@ contains
       end if
    end subroutine gap_within
 
-   !> The gap is not less, m; the gap itself where that takes no search.
+   !> Lower bound of the gap, m; the gap itself where that needs no search.
    pure real(wp) function min_gap(self, position) result(gap)
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: position(3) !< m
@@ -399,7 +399,7 @@ contains
       end if
    end function min_gap
 
-   !> The gap is not more, m; as min_gap.
+   !> Upper bound of the gap, m; as min_gap.
    pure real(wp) function max_gap(self, position) result(gap)
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: position(3) !< m
