@@ -1,5 +1,5 @@
-!> Contact groups: bodies of one group are bonded where they touch, bodies of two meet in contact. The groups
-!> of a scene's bodies, and what &body_contact may say.
+!> Contact groups: bodies of one group are bonded where they touch, those of two groups interact by contact.
+!> The groups of a scene's bodies, and the variables of &body_contact.
 module m_contact_groups
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t, name_length
@@ -15,7 +15,7 @@ module m_contact_groups
 
 contains
 
-   !> Number the groups in the order in which bodies name them, capitals not counted.
+   !> Number the groups in the order in which bodies name them, ignoring case.
    subroutine number_groups(scene)
       type(scene_t), intent(inout) :: scene
       character(len=name_length) :: names(size(scene%bodies))
@@ -34,7 +34,7 @@ contains
       scene%contact_groups = names(:count)
    end subroutine number_groups
 
-   !> What holds between bodies of two groups, or of all.
+   !> Contact between bodies of two groups, or of all.
    subroutine describe_body_contact(group, scene, contact, number)
       type(group_reader_t), intent(inout) :: group
       type(scene_t), intent(in) :: scene
@@ -62,7 +62,7 @@ contains
       call check_adhesion(group, contact)
    end subroutine describe_body_contact
 
-   !> No other &body_contact is about the same two groups, in either order, or like this one about all.
+   !> Check that no other &body_contact is for the same two groups, in either order, or for all.
    subroutine check_given_once(group, scene, contact, number)
       type(group_reader_t), intent(inout) :: group
       type(scene_t), intent(in) :: scene
@@ -79,7 +79,7 @@ contains
       end do
    end subroutine check_given_once
 
-   !> A law of adhesion has two numbers.
+   !> A law of adhesion needs two numbers.
    subroutine check_adhesion(group, contact)
       type(group_reader_t), intent(inout) :: group
       type(body_contact_spec_t), intent(in) :: contact

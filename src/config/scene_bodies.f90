@@ -1,5 +1,5 @@
-!> What the groups of materials, bodies, cuts, tools and their motions may say. Each describe_* both reads its
-!> group and writes it, as those of m_scene_groups.
+!> The variables of materials, bodies, cuts, tools and their motions. Each describe_* both reads and writes
+!> its group, as in m_scene_groups.
 module m_scene_bodies
    use m_kinds, only: wp
    use m_vectors, only: cross
@@ -22,7 +22,7 @@ module m_scene_bodies
 
 contains
 
-   !> What all materials have, then what the law has.
+   !> Common variables of materials, then those of the law.
    subroutine describe_material(group, models, material)
       type(group_reader_t), intent(inout) :: group
       type(offer_slot_t), intent(in) :: models(:)
@@ -77,7 +77,7 @@ contains
       real(wp) :: axes(3, 3), off(3, 3)
       logical :: has_axes
       integer :: k
-      has_axes = body%material == 0 ! an unknown material is the fault then, not what comes with it
+      has_axes = body%material == 0 ! an unknown material is the error to report, not its consequences
       if (body%material > 0) then
          if (allocated(materials(body%material)%law)) has_axes = materials(body%material)%law%is_oriented()
       end if
@@ -100,7 +100,7 @@ contains
       end if
    end subroutine describe_orientation
 
-   !> A shape that is taken away from a body.
+   !> A shape that is subtracted from a body.
    subroutine describe_cut(group, bodies, cut)
       type(group_reader_t), intent(inout) :: group
       type(body_spec_t), intent(in) :: bodies(:)
@@ -120,7 +120,7 @@ contains
 
    subroutine describe_tool(group, may_stand, tool)
       type(group_reader_t), intent(inout) :: group
-      logical, intent(in) :: may_stand !< it need not move by itself
+      logical, intent(in) :: may_stand !< it may have no motion of its own
       type(tool_spec_t), intent(inout) :: tool
       type(offer_slot_t), allocatable :: bodies(:), tools(:)
       integer :: choice
@@ -141,7 +141,7 @@ contains
       call describe_friction(group, tool%friction)
    end subroutine describe_tool
 
-   !> The number-th &motion: one that is read goes to its tool.
+   !> The number-th &motion; when read it is added to its tool.
    subroutine describe_nth_motion(group, number, tools)
       type(group_reader_t), intent(inout) :: group
       integer, intent(in) :: number
@@ -157,7 +157,7 @@ contains
       tools(tool)%motions = [tools(tool)%motions, motion]
    end subroutine describe_nth_motion
 
-   !> Which of the shapes it is; 0: an unknown one.
+   !> Choose one of the shapes; 0: unknown.
    subroutine choose_shape(group, shapes, shape, choice)
       type(group_reader_t), intent(inout) :: group
       type(offer_slot_t), intent(in) :: shapes(:)

@@ -1,4 +1,4 @@
-!> What must hold across the groups of a scene: geometry and numerics.
+!> Checks across the groups of a scene: geometry and numerics.
 module m_scene_checks
    use m_side_kinds, only: side_kinds
    use m_kinds, only: wp
@@ -17,18 +17,16 @@ module m_scene_checks
    private
    public :: check_scene
 
-   real(wp), parameter :: whole = 1.0e-9_wp     !< a length is so near, relatively, to a whole number of cells
-   real(wp), parameter :: touching = 1.0e-6_wp !< what overlaps by less than this share of a cell only touches
-   real(wp), parameter :: resolved = 2.0e-2_wp !< so does, where a shape is not convex, what overlaps by less
-                                               !< than this share of a cell
+   real(wp), parameter :: whole = 1.0e-9_wp     !< relative tolerance for a whole number of cells
+   real(wp), parameter :: touching = 1.0e-6_wp !< overlap by less than this share of a cell is touching
+   real(wp), parameter :: resolved = 2.0e-2_wp !< the same where a shape is not convex
    real(wp), parameter :: cell_limit = 2.0e9_wp
-   integer, parameter :: max_attempts = 100000    !< cell sizes looked at to find those that divide the grid
+   integer, parameter :: max_attempts = 100000    !< cell sizes tried to find those that divide the grid
    integer, parameter :: shown_digits = 10
 
 contains
 
-   !> All checks; sets the cells of the grid. `text` is where the scene came from, to name the place of a
-   !> fault.
+   !> All checks; sets the cells of the grid. `text` is the source of the scene, for the position in messages.
    subroutine check_scene(text, scene, error)
       type(namelist_text_t), intent(in) :: text
       type(scene_t), intent(inout) :: scene
@@ -51,7 +49,7 @@ contains
       call check_probes(text, scene, error)
    end subroutine check_scene
 
-   !> The grid has a size, whole cells, and not too many.
+   !> The grid has a size, and whole cells, of which there are not too many.
    subroutine check_grid(text, grid, error)
       type(namelist_text_t), intent(in) :: text
       type(grid_spec_t), intent(inout) :: grid
@@ -79,7 +77,7 @@ contains
       if (.not. error%happened()) grid%cells = nint(length/grid%cell_size)
    end subroutine check_grid
 
-   !> Whether every length is a whole number of cells.
+   !> True when every length is a whole number of cells.
    pure logical function divides(cell_size, length)
       real(wp), intent(in) :: cell_size, length(3)
       real(wp) :: cells(3)
@@ -119,7 +117,7 @@ contains
       character(len=:), allocatable :: variable
       associate (body => scene%bodies(i), shape => scene%bodies(i)%shape, grid => scene%grid)
          call shape%bounding_box(lower, upper)
-         if (grid%section%is_flat()) then ! the section is all that there is of it
+         if (grid%section%is_flat()) then ! the section covers the whole thickness
             lower(2) = grid%lower(2)
             upper(2) = grid%upper(2)
          end if
@@ -153,7 +151,7 @@ contains
       character(len=*), intent(in) :: place !< line, group and variable
       real(wp), intent(in) :: lower(3), upper(3)
       real(wp), intent(in) :: particle      !< edge of a particle, m
-      logical, intent(in) :: flat           !< of a section: y does not count
+      logical, intent(in) :: flat           !< of a section: y is ignored
       type(error_t), intent(inout) :: error
       character(len=1), parameter :: axes(3) = ['x', 'y', 'z']
       real(wp) :: count
@@ -169,7 +167,7 @@ contains
       end do
    end subroutine check_whole_particles
 
-   !> The safety factor is one that the body's particles allow.
+   !> The safety factor is within the limit for the body's particles.
    subroutine check_safety(text, scene, i, error)
       type(namelist_text_t), intent(in) :: text
       type(scene_t), intent(in) :: scene
@@ -224,9 +222,8 @@ contains
       end do
    end subroutine check_overlaps
 
-   !> By how much two bodies may overlap at the start, m: of two contact groups of which the scene says so by
-   !> the edge of a particle of the finest level, for surfaces further apart do not see each other; else not
-   !> at all.
+   !> Allowed initial overlap of two bodies, m: for two contact groups with start='as_is' the edge of a
+   !> particle of the finest level, as surfaces further apart do not find each other; else 0.
    pure real(wp) function overlap_allowed(scene, one, other) result(allowed)
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: one, other
@@ -240,7 +237,7 @@ contains
       allowed = scene%grid%cell_size/2**(scene%depth() - 1)/nint(per_cell**(1.0_wp/3.0_wp))*(1.0_wp + whole)
    end function overlap_allowed
 
-   !> The same for a sentence.
+   !> The same, as text for a message.
    pure function allowed_text(allowed) result(text)
       real(wp), intent(in) :: allowed !< m
       character(len=:), allocatable :: text
@@ -249,7 +246,7 @@ contains
          ' m'
    end function allowed_text
 
-   !> Contact between bodies is met once a step: the stress must have the same solve.
+   !> Contact between bodies is solved once a step: the stress must be updated with the same nodal solution.
    subroutine check_groups(text, scene, error)
       type(namelist_text_t), intent(in) :: text
       type(scene_t), intent(in) :: scene
@@ -259,7 +256,7 @@ contains
                    'contact_group only ''usl'' is allowed')
    end subroutine check_groups
 
-   !> A probe has material to follow.
+   !> A probe needs material at its position.
    subroutine check_probes(text, scene, error)
       type(namelist_text_t), intent(in) :: text
       type(scene_t), intent(in) :: scene

@@ -1,6 +1,6 @@
-!> What each group of a scene may say: its variables, their defaults and what is allowed. doc/user/input.md is
-!> the same as a table. Each describe_* both reads its group and writes it (see m_group_reader): what it gives
-!> to the reader are the values as they are.
+!> The groups of a scene: their variables, with defaults and allowed values. doc/user/input.md is the same as
+!> a table. Each describe_* both reads and writes its group (see m_group_reader): it passes the present values
+!> to the reader.
 module m_scene_groups
    use m_side_kinds, only: boundary_symmetry
    use m_domain_kinds, only: domain_by_law
@@ -31,7 +31,7 @@ module m_scene_groups
 
 contains
 
-   !> Fill a scene from its groups; what goes across groups is not checked here.
+   !> Fill a scene from its groups; relations across groups are not checked here.
    subroutine read_groups(text, catalogue, scene, error)
       type(namelist_text_t), intent(in) :: text
       type(catalogue_t), intent(in) :: catalogue
@@ -52,7 +52,7 @@ contains
       scene%checkpoint%present = text%count_groups('checkpoint') > 0
       scene%quasi_static%present = text%count_groups('quasi_static') > 0
       scene%has_motions = text%count_groups('motion') > 0
-      scene%time%domain = domain_by_law ! until it is said
+      scene%time%domain = domain_by_law ! until the scene sets it
       do kind = 1, size(group_words)
          do number = 1, text%count_groups(trim(group_words(kind)))
             call group%begin(text%groups(text%find_group(trim(group_words(kind)), number)))
@@ -76,8 +76,8 @@ contains
       scene%contact%subcell = 0.0_wp ! one contact law for all steps of a run
    end subroutine read_groups
 
-   !> True when a law brings an effect: that of a body with more than one particle a cell, for one alone does
-   !> not lock.
+   !> True when an effect is on by default for a law: if a body of the law has more than one particle a cell,
+   !> as a single one does not lock.
    logical function is_brought(scene, name)
       type(scene_t), intent(in) :: scene
       character(len=*), intent(in) :: name
@@ -89,8 +89,8 @@ contains
       end do
    end function is_brought
 
-   !> The effects that the scene calls for: each a copy of its prototype with the values of its group; and
-   !> those that laws bring where the scene has no such group.
+   !> The effects of the scene: each a copy of its prototype with the values of its group; and the default
+   !> effects of laws where the scene has no such group.
    subroutine read_effects(text, offers, scene, error)
       type(namelist_text_t), intent(in) :: text
       type(offer_slot_t), intent(in) :: offers(:)
@@ -128,7 +128,7 @@ contains
       call move_alloc(effects, scene%effects)
    end subroutine read_effects
 
-   !> Every group is known, built, there when it must be, and once when it may be there only once.
+   !> Every group is known, available in this build, present if required, and not repeated unless it may be.
    subroutine check_group_names(text, effects, error)
       type(namelist_text_t), intent(in) :: text
       type(offer_slot_t), intent(in) :: effects(:)
@@ -158,7 +158,7 @@ contains
       end do
    end subroutine check_group_names
 
-   !> Names of one kind differ, capitals not counted: they become names of files.
+   !> Names of one kind must differ, ignoring case: they become names of files.
    subroutine check_name(text, scene, kind, number, error)
       type(namelist_text_t), intent(in) :: text
       type(scene_t), intent(in) :: scene
@@ -174,7 +174,7 @@ contains
       end do
    end subroutine check_name
 
-   !> In lower case.
+   !> The name in lower case.
    function name_of(scene, kind, number) result(name)
       type(scene_t), intent(in) :: scene
       character(len=*), intent(in) :: kind
@@ -192,7 +192,7 @@ contains
       end select
    end function name_of
 
-   !> `group variable`, a line each, of all that can be read.
+   !> `group variable`, a line each, of all variables.
    function known_variables(catalogue) result(text)
       type(catalogue_t), intent(in) :: catalogue
       character(len=:), allocatable :: text
@@ -228,7 +228,7 @@ contains
       end function listed
    end function known_variables
 
-   !> The number-th group of its kind, read or written.
+   !> Read or write the number-th group of its kind.
    subroutine describe_group(kind, group, number, material_names, catalogue, scene)
       character(len=*), intent(in) :: kind
       type(group_reader_t), intent(inout) :: group
@@ -290,13 +290,13 @@ contains
       if (.not. allocated(scene%title)) scene%title = 'untitled'
       call group%get_text('title', scene%title, longest_title)
       call group%get('end_time', scene%end_time, above(0.0_wp, 's'), required=.true.)
-      if (.not. group%is_writing()) then ! case.nml is that of a run
+      if (.not. group%is_writing()) then ! case.nml describes a run
          mode = merge(2, 1, scene%plans)
          call group%get_choice('mode', mode, mode_words)
          scene%plans = mode == 2
       end if
       if (.not. allocated(scene%restart)) scene%restart = ''
-      ! case.nml is the whole run's
+      ! case.nml describes the whole run
       if (.not. group%is_writing()) call group%get_text('restart', scene%restart, longest_path)
       if (scene%plans .and. scene%restart /= '') &
          call group%refuse('mode', 'a plan needs a whole run and cannot start from a checkpoint; allowed '// &
@@ -326,7 +326,7 @@ contains
       grid%boundary = max(choices, 1) - 1
    end subroutine describe_grid
 
-   !> A corner of the grid; of a section x and z will do.
+   !> A corner of the grid; for a section x and z are enough.
    subroutine get_corner(group, name, grid, corner)
       type(group_reader_t), intent(inout) :: group
       character(len=*), intent(in) :: name
@@ -349,7 +349,7 @@ contains
       integer :: velocity_update, transfer
       logical :: flip
       call group%get('safety', time%safety, above(0.0_wp, '', at_most=maxval(safety_allowed)))
-      if (.not. group%is_writing()) & ! the same by its other name
+      if (.not. group%is_writing()) & ! the same under its other name
          call group%get('cfl', time%safety, above(0.0_wp, '', at_most=maxval(safety_allowed)))
       if (group%is_given('cfl') .and. group%is_given('safety')) &
          call group%refuse('cfl', 'is a synonym of safety; give one of the two')
@@ -382,7 +382,7 @@ contains
 
    subroutine describe_output(group, formats, output)
       type(group_reader_t), intent(inout) :: group
-      character(len=name_length), intent(in) :: formats(:) !< that there are, the default first
+      character(len=name_length), intent(in) :: formats(:) !< available ones, the default first
       type(output_spec_t), intent(inout) :: output
       logical :: chosen(size(formats) + 1), fields(4)
       integer :: f
@@ -407,7 +407,7 @@ contains
       output%gradient = fields(3)
    end subroutine describe_output
 
-   !> Where nothing else makes checkpoints the clock on the wall does.
+   !> Without other settings, checkpoints are made by wall-clock time.
    subroutine describe_checkpoint(group, checkpoint)
       type(group_reader_t), intent(inout) :: group
       type(checkpoint_spec_t), intent(inout) :: checkpoint

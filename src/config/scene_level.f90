@@ -1,4 +1,4 @@
-!> &level: the boxes and balls that levels are made of, and what moves them.
+!> &level: the boxes and balls that levels are made of, and their motion.
 module m_scene_level
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t, name_length
@@ -12,7 +12,7 @@ module m_scene_level
 
 contains
 
-   !> The box or sphere of a level and what moves it, if anything does.
+   !> The box or sphere of a level and what it moves with, if anything.
    subroutine describe_level(group, scene, level)
       type(group_reader_t), intent(inout) :: group
       type(scene_t), intent(in) :: scene
@@ -55,7 +55,8 @@ contains
          call group%refuse('max_memory', 'only with criterion=''error''')
    end subroutine describe_level
 
-   !> A box is given, but where the error places cells: then tools and contact groups may say where it begins.
+   !> A box is required, except where the error places cells: then the level may start around tools and
+   !> contact groups.
    subroutine describe_place(group, scene, level)
       type(group_reader_t), intent(inout) :: group
       type(scene_t), intent(in) :: scene
@@ -69,7 +70,7 @@ contains
                         'missing; must be 3 numbers in m')
    end subroutine describe_place
 
-   !> Where the box or the ball of a level is.
+   !> The position and size of a level's box or ball.
    subroutine describe_form(group, level)
       type(group_reader_t), intent(inout) :: group
       type(level_spec_t), intent(inout) :: level
@@ -95,7 +96,7 @@ contains
       if (ball .and. level%inner_radius >= level%radius) &
          call group%refuse('inner_radius', 'must be below radius')
    contains
-      !> Refuse what does not belong to a shape.
+      !> Refuse variables that do not belong to a shape.
       subroutine keep_to(name, shape)
          character(len=*), intent(in) :: name
          integer, intent(in) :: shape

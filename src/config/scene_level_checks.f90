@@ -1,4 +1,4 @@
-!> What must hold between the levels of a scene, the grid and the way in which it is stepped.
+!> Checks of the levels of a scene against each other, the grid and the time stepping.
 module m_scene_level_checks
    use m_kinds, only: wp
    use m_constants, only: block_size, exit_input
@@ -13,28 +13,28 @@ module m_scene_level_checks
    private
    public :: check_levels
 
-   integer, parameter, public :: max_levels = 8 !< one in the other; ids have room for so many splits into
+   integer, parameter, public :: max_levels = 8 !< nested levels; ids have room for as many splits into
                                                  !< eight (m_body, number_ids)
-   real(wp), parameter :: min_gap = 2.0_wp      !< between the sides of boxes, in cells of the outer one
-   real(wp), parameter :: min_width = 4.0_wp    !< of a box, in the cells that it refines
+   real(wp), parameter :: min_gap = 2.0_wp      !< between the sides of nested boxes, in cells of the outer
+                                                !< one
+   real(wp), parameter :: min_width = 4.0_wp    !< of a box, in cells of the level above
    real(wp), parameter :: max_blocks = 2.0e9_wp !< of the finest cells, over the whole grid: they are
                                                  !< numbered by integers
-   real(wp), parameter :: near_node = 1.0e-6_wp !< a face is on a node that is nearer than this share of a
-                                                !< cell,
-   real(wp), parameter :: whole = 1.0e-9_wp       !< or this share of its way from the grid's lower corner
+   real(wp), parameter :: near_node = 1.0e-6_wp !< a face is on a node if nearer than this share of a cell,
+   real(wp), parameter :: whole = 1.0e-9_wp       !< or this share of its distance from the grid's lower
+                                                  !< corner
    integer, parameter :: shown_digits = 12
    character(len=1), parameter :: axes(3) = ['x', 'y', 'z']
 
-   !> One level among those around it. Places are counted in the cells that it refines, from the grid's lower
-   !> corner.
+   !> One level and its parent. Positions are in cells of the level above, from the grid's lower corner.
    type :: nest_t
-      character(len=:), allocatable :: parent    !< what it lies in: `the grid` or `the level on line 4`
+      character(len=:), allocatable :: parent    !< name of the parent: `the grid` or `the level on line 4`
       real(wp) :: origin(3)                      !< m
-      real(wp) :: cell                           !< the cells that it refines, m
+      real(wp) :: cell                           !< cell size of the level above, m
       real(wp) :: grid_size(3)
       real(wp) :: parent_lower(3), parent_upper(3)
-      logical :: alone = .true. !< it is the grid or one box
-      logical :: flat = .false. !< of a section, which all boxes have across it
+      logical :: alone = .true. !< the parent is the grid or one box
+      logical :: flat = .false. !< of a section: all boxes extend across it
       real(wp) :: lower(3), upper(3)
    contains
       procedure :: metres
@@ -42,7 +42,7 @@ module m_scene_level_checks
 
 contains
 
-   !> All checks. `text` is where the scene came from, to name the place of a fault.
+   !> All checks. `text` is the source of the scene, for the position in messages.
    subroutine check_levels(text, scene, error)
       type(namelist_text_t), intent(in) :: text
       type(scene_t), intent(in) :: scene
@@ -60,7 +60,7 @@ contains
          if (error%happened()) return
          call set_nest(text, scene, scene%levels(l)%of, nest)
          if (.not. scene%levels(l)%has_box .and. scene%levels(l)%shape == level_box) then
-            nest%lower = nest%parent_lower ! it begins around the tools
+            nest%lower = nest%parent_lower ! it starts around the tools
          else if (scene%levels(l)%shape == level_box) then
             call check_box(text, scene%levels(l), l, nest, error)
          else
@@ -71,7 +71,7 @@ contains
       end do
    end subroutine check_levels
 
-   !> A level refines one that there is. One that a criterion places has no other parts.
+   !> A level refines an existing one. One that a criterion places has no other parts.
    subroutine check_parent(text, scene, l, error)
       type(namelist_text_t), intent(in) :: text
       type(scene_t), intent(in) :: scene
@@ -100,8 +100,8 @@ contains
       end associate
    end subroutine check_parent
 
-   !> What the parts of the next level after `of` lie in: the grid, or a box of level `of`. Where that is not
-   !> one box, the model looks at the cells themselves, and only the grid counts here.
+   !> Set the parent of the parts of the next level after `of`: the grid, or a box of level `of`. Where that
+   !> is not one box, the model checks the cells themselves, and only the grid counts here.
    subroutine set_nest(text, scene, of, nest)
       type(namelist_text_t), intent(in) :: text
       type(scene_t), intent(in) :: scene
@@ -127,7 +127,7 @@ contains
       end associate
    end subroutine set_nest
 
-   !> A sphere has room for cells, and some of it is in the grid.
+   !> A sphere must contain cells, and reach into the grid.
    subroutine check_sphere(text, level, l, nest, error)
       type(namelist_text_t), intent(in) :: text
       type(level_spec_t), intent(in) :: level
@@ -154,7 +154,7 @@ contains
                    'allowed: at least '//to_text(min_width))
    end subroutine check_sphere
 
-   !> Not too many levels, and blocks that can be numbered.
+   !> Limit the number of levels, and of blocks.
    subroutine check_number(text, scene, error)
       type(namelist_text_t), intent(in) :: text
       type(scene_t), intent(in) :: scene
@@ -183,7 +183,7 @@ contains
    end subroutine check_number
 
    !> The box of a level has a size, lies inside its parent on the nodes there, and keeps its distance. Sets
-   !> its place in the nest.
+   !> its position in the nest.
    subroutine check_box(text, level, l, nest, error)
       type(namelist_text_t), intent(in) :: text
       type(level_spec_t), intent(in) :: level
@@ -217,13 +217,13 @@ contains
       call check_gaps(text%place('level', l, 'upper'), nest, nest%upper, nest%parent_upper, -1, error)
    end subroutine check_box
 
-   !> So near to a place is on it, in cells.
+   !> Tolerance for a coordinate, in cells.
    elemental real(wp) function slack(place)
       real(wp), intent(in) :: place
       slack = max(near_node, whole*abs(place))
    end function slack
 
-   !> Coordinate of a place in the nest, m; what is left of zero by rounding is zero.
+   !> Coordinate of a point in the nest, m; round-off about zero becomes zero.
    pure real(wp) function metres(self, place, axis)
       class(nest_t), intent(in) :: self
       real(wp), intent(in) :: place
@@ -232,7 +232,7 @@ contains
       if (abs(metres) < whole*self%cell) metres = 0.0_wp
    end function metres
 
-   !> A corner of a box is a node of the grid that the level refines.
+   !> Move a corner of a box to the node of the refined grid that it must be on.
    subroutine move_to_nodes(at, nest, corner, error)
       character(len=*), intent(in) :: at !< line, group and variable
       type(nest_t), intent(in) :: nest
@@ -250,7 +250,7 @@ contains
       end do
    end subroutine move_to_nodes
 
-   !> A box has an inside.
+   !> Check the width of a box.
    subroutine check_width(at, nest, error)
       character(len=*), intent(in) :: at
       type(nest_t), intent(in) :: nest
@@ -302,8 +302,8 @@ contains
       if (nint(count) == 1) text = to_text(count)//' cell'
    end function cells
 
-   !> A level moves in the way of its parent, so that the gap between them does not close: if that follows
-   !> anything, with something that a part of it follows.
+   !> A level must move like its parent, so that the gap between them does not close: if the parent follows
+   !> something, with something that a part of the parent follows.
    subroutine check_motion(text, scene, l, error)
       type(namelist_text_t), intent(in) :: text
       type(scene_t), intent(in) :: scene

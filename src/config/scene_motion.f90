@@ -1,4 +1,4 @@
-!> What moves a tool: &motion groups, the tables that a &tool has of its own, and what must hold between them.
+!> The motion of tools: &motion groups, the tables of &tool itself, and checks between them.
 module m_scene_motion
    use m_kinds, only: wp
    use m_constants, only: exit_input
@@ -14,17 +14,17 @@ module m_scene_motion
    private
    public :: read_tool_motion, describe_motion, motions_of, find_motion, check_motions
 
-   real(wp), parameter :: square = 1.0e-9_wp !< directions are at right angles whose product is no larger
-   real(wp), parameter :: apart = 1.0e-6_wp  !< cells: points that are further apart are two
+   real(wp), parameter :: square = 1.0e-9_wp !< largest scalar product of directions that count as orthogonal
+   real(wp), parameter :: apart = 1.0e-6_wp  !< cells: points further apart are different
 
 contains
 
-   !> What moves a tool along its axis: speeds, or loads on its mass. One that only &motion moves need not
-   !> say.
+   !> Motion of a tool along its axis: by speeds, or by loads on its mass. Not required for a tool that a
+   !> &motion moves.
    subroutine read_tool_motion(group, tool, may_stand)
       type(group_reader_t), intent(inout) :: group
       type(tool_spec_t), intent(inout) :: tool
-      logical, intent(in) :: may_stand !< some &motion may name it
+      logical, intent(in) :: may_stand !< a &motion may name it
       logical :: given
       given = group%is_given('times') .or. group%is_given('speeds') .or. group%is_given('loads')
       call group%get_list('times', tool%times, any_value('s'), required=given .or. .not. may_stand)
@@ -47,7 +47,7 @@ contains
       type(group_reader_t), intent(inout) :: group
       type(tool_spec_t), intent(in) :: tools(:)
       type(motion_spec_t), intent(inout) :: motion
-      integer, intent(inout) :: tool !< whose
+      integer, intent(inout) :: tool !< number of its tool
       character(len=name_length) :: tool_names(size(tools))
       integer :: i, kind
       logical :: pushed
@@ -85,7 +85,7 @@ contains
       if (.not. pushed) call only_with_loads(group, ['mass         ', 'inertia      ', 'initial_speed'])
    end subroutine describe_motion
 
-   !> Times rise, and there are as many speeds or loads.
+   !> Times rise, and there are as many speeds or loads as times.
    subroutine check_tables(group, times, speeds, loads, unit)
       type(group_reader_t), intent(inout) :: group
       real(wp), allocatable, intent(in) :: times(:), speeds(:), loads(:)
@@ -112,7 +112,7 @@ contains
       end subroutine check_count
    end subroutine check_tables
 
-   !> These belong to tools that loads push.
+   !> These variables belong to tools driven by loads.
    subroutine only_with_loads(group, names)
       type(group_reader_t), intent(inout) :: group
       character(len=*), intent(in) :: names(:)
@@ -122,7 +122,7 @@ contains
       end do
    end subroutine only_with_loads
 
-   !> How many &motion groups a scene has.
+   !> Number of &motion groups of a scene.
    pure integer function motions_of(tools) result(count)
       type(tool_spec_t), intent(in) :: tools(:)
       integer :: t
@@ -132,7 +132,7 @@ contains
       end do
    end function motions_of
 
-   !> The number-th of them, tool by tool, and its tool; 0 where there is none.
+   !> The number-th of them, counted tool by tool, and its tool; 0 if there is none.
    pure subroutine find_motion(tools, number, motion, tool)
       type(tool_spec_t), intent(in) :: tools(:)
       integer, intent(in) :: number
@@ -151,8 +151,8 @@ contains
       tool = 0
    end subroutine find_motion
 
-   !> Every tool moves by something; what loads push is at right angles to what else moves the tool: one mass
-   !> then belongs to each.
+   !> Every tool has a motion; a load-driven freedom is orthogonal to the tool's other freedoms, so that each
+   !> has one mass.
    subroutine check_motions(text, scene, error)
       type(namelist_text_t), intent(in) :: text
       type(scene_t), intent(in) :: scene
@@ -178,7 +178,7 @@ contains
       end do
    end subroutine check_motions
 
-   !> The motion along the tool's axis that the &tool itself says.
+   !> The motion along the tool's axis given in the &tool itself.
    pure type(motion_spec_t) function axial(tool) result(motion)
       type(tool_spec_t), intent(in) :: tool
       motion%axis = tool%axis
@@ -187,7 +187,7 @@ contains
       if (allocated(tool%loads)) motion%loads = tool%loads
    end function axial
 
-   !> Two motions of a tool.
+   !> Check two motions of a tool.
    subroutine check_pair(text, later, earlier, near, error)
       type(namelist_text_t), intent(in) :: text
       type(motion_spec_t), intent(in) :: later, earlier
@@ -208,7 +208,7 @@ contains
       end if
    end subroutine check_pair
 
-   !> Nothing ever moves it.
+   !> True if it never moves.
    pure logical function is_held(motion)
       type(motion_spec_t), intent(in) :: motion
       is_held = allocated(motion%speeds)

@@ -1,5 +1,5 @@
-!> How bodies are filled and how the domains of their particles deform where a scene does not say
-!> (theory.md, Bodies that the lattice does not fit; doc/user/input.md, Fill and domains).
+!> Defaults for filling bodies and for the domains of their particles (theory.md, Bodies that the lattice does
+!> not fit; doc/user/input.md, Fill and domains).
 module m_scene_particles
    use m_kinds, only: wp
    use m_scene, only: scene_t, body_spec_t, tool_spec_t, fill_by_shape, fill_share, fill_whole, &
@@ -9,14 +9,14 @@ module m_scene_particles
    private
    public :: choose_fill, choose_domain
 
-   real(wp), parameter :: around = 2.0_wp    !< cells about the place that a tool touches first: a face is
-                                             !< flat that is so as far as this
-   real(wp), parameter :: on_surface = 1.0e-6_wp !< cells, and of the components of a normal
+   real(wp), parameter :: around = 2.0_wp    !< cells around the point that a tool touches first, within which
+                                             !< a face must be flat
+   real(wp), parameter :: on_surface = 1.0e-6_wp !< tolerance in cells, and for components of a normal
 
 contains
 
-   !> Bodies, carved by now, of which the scene does not say how they are filled: particles fill boxes along
-   !> the grid as they are, and are cut by the surface of all others.
+   !> Set the fill of bodies for which the scene gives none, after carving: particles fill boxes along the
+   !> grid without cuts, all others are cut by the surface.
    pure subroutine choose_fill(scene)
       type(scene_t), intent(inout) :: scene
       integer :: b
@@ -27,9 +27,8 @@ contains
       end do
    end subroutine choose_fill
 
-   !> Where the scene does not say, domains follow the material if a law is made for large strains, if
-   !> something may press a surface that cuts particles, and if a tool goes more than a cell into particles
-   !> that are alone in their cells.
+   !> Default of domains: they follow the deformation if a law is for large strains, if a surface that cuts
+   !> particles may be pressed, or if a tool moves more than a cell into material with one particle a cell.
    pure subroutine choose_domain(scene)
       type(scene_t), intent(inout) :: scene
       integer :: m, t
@@ -48,7 +47,7 @@ contains
          scene%time%domain = merge(domain_stretch, domain_corners, scene%quasi_static%present)
    end subroutine choose_domain
 
-   !> True when tools, other bodies or pressures may press particles that a surface cuts.
+   !> True when tools, other bodies or pressures may press on particles cut by a surface.
    pure logical function may_press_cuts(scene) result(may)
       type(scene_t), intent(in) :: scene
       integer :: e, t
@@ -63,8 +62,8 @@ contains
       end do
    end function may_press_cuts
 
-   !> True when a tool surely meets a face along the grid that layers of whole particles end at: seen from its
-   !> tip along its axis, as far as some cells about the place where it comes to.
+   !> True when a tool certainly meets a face along the grid on which layers of whole particles end: seen from
+   !> its tip along its axis, within some cells around the point of first contact.
    pure logical function meets_a_face(scene, tool) result(meets)
       type(scene_t), intent(in) :: scene
       type(tool_spec_t), intent(in) :: tool
@@ -99,7 +98,7 @@ contains
                                  place)
    end function meets_a_face
 
-   !> True when the surface of a body is a face across an axis around a place on it, with whole particles
+   !> True when the surface of a body around a point on it is a face normal to an axis, with whole particles
    !> behind it.
    pure logical function is_face(body, cell, axis, place)
       type(body_spec_t), intent(in) :: body
@@ -127,8 +126,8 @@ contains
       end do
    end function is_face
 
-   !> True when a tool may go further than a cell of the finest level from where it begins: by its own speeds,
-   !> or pushed by loads, of which nothing is known.
+   !> True when a tool may move further than a cell of the finest level: by its given speeds, or driven by
+   !> loads, for which nothing is known.
    pure logical function goes_deep(scene, tool)
       type(scene_t), intent(in) :: scene
       type(tool_spec_t), intent(in) :: tool

@@ -1,5 +1,4 @@
-!> The strict reading of a scene: standard input to a checked scene_t, the same on every rank, or one
-!> sentence.
+!> Strict reading of a scene: from text to a checked scene_t, the same on every rank, or one message.
 module m_scene_reader
    use m_kinds, only: wp
    use m_constants, only: exit_input
@@ -25,15 +24,15 @@ module m_scene_reader
 
 contains
 
-   !> Collective: read the scene from a file or, where that is empty, from the standard input of rank 0, all
-   !> of it. Every rank gets the same scene or error. Nothing is written.
+   !> Collective: read the scene from a file or, if `file` is empty, from all of rank 0's standard input.
+   !> Every rank gets the same scene or error. Nothing is written.
    subroutine read_scene(communicator, catalogue, file, scene, error, as_section)
       type(communicator_t), intent(in) :: communicator
       type(catalogue_t), intent(in) :: catalogue !< of laws and effects
       character(len=*), intent(in) :: file
       type(scene_t), intent(out) :: scene
       type(error_t), intent(inout) :: error
-      logical, intent(in), optional :: as_section !< it becomes the one that gives it by its section
+      logical, intent(in), optional :: as_section !< convert the scene to its section
       character(len=:), allocatable :: text
       logical :: ok
       ok = .true.
@@ -58,7 +57,7 @@ contains
       character(len=:), allocatable, intent(inout) :: text
       type(scene_t), intent(out) :: scene
       type(error_t), intent(inout) :: error
-      logical, intent(in), optional :: kept !< the text is that of a checkpoint: its output has been written
+      logical, intent(in), optional :: kept !< the text is from a checkpoint: its output has been written
                                             !< before
       logical, intent(in), optional :: as_section !< as in read_scene
       type(namelist_text_t) :: parsed
@@ -87,7 +86,7 @@ contains
       call communicator%agree(error)
    end subroutine interpret_scene
 
-   !> Collective: shapes that are made of files read them.
+   !> Collective: read the files of shapes.
    subroutine load_shapes(communicator, parsed, scene, error)
       type(communicator_t), intent(in) :: communicator
       type(namelist_text_t), intent(in) :: parsed
@@ -109,7 +108,7 @@ contains
       end do
    end subroutine load_shapes
 
-   !> Take from the bodies what is cut out of them.
+   !> Subtract the cuts from the bodies.
    subroutine carve_bodies(parsed, scene, error)
       type(namelist_text_t), intent(in) :: parsed
       type(scene_t), intent(inout) :: scene
@@ -131,7 +130,7 @@ contains
       call carve_hollows(scene)
    end subroutine carve_bodies
 
-   !> Take from the bodies what effects have of their own.
+   !> Subtract from the bodies the boxes that effects occupy.
    subroutine carve_hollows(scene)
       type(scene_t), intent(inout) :: scene
       type(box_t) :: hollow
@@ -149,7 +148,7 @@ contains
       end do
    end subroutine carve_hollows
 
-   !> Where in the text stands what only the model can judge.
+   !> Note the positions in the text of values that only the model can check.
    subroutine note_places(parsed, scene)
       type(namelist_text_t), intent(in) :: parsed
       type(scene_t), intent(inout) :: scene
@@ -180,7 +179,7 @@ contains
       end subroutine note
    end subroutine note_places
 
-   !> The output can be written, as rank 0 sees it.
+   !> The output can be written, as seen by rank 0.
    subroutine check_directory(communicator, parsed, scene, error)
       type(communicator_t), intent(in) :: communicator
       type(namelist_text_t), intent(in) :: parsed

@@ -1,5 +1,5 @@
-!> What a scene may say, as a JSON Schema for editors: made from the same calls that read it. A scene as JSON
-!> is an object of its groups; groups that may be repeated are an object or a list of them.
+!> The JSON Schema of a scene, for editors: made by the same calls that read it. A scene as JSON is an object
+!> of its groups; groups that may be repeated are an object or a list of them.
 module m_scene_schema
    use m_constants, only: program_version
    use m_group_reader, only: group_reader_t, name_length

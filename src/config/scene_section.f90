@@ -1,5 +1,5 @@
-!> What must hold in a scene that is given by a section (theory.md, Sections), and what such a scene may not
-!> have: one sentence each.
+!> Checks of a scene given by a section (theory.md, Sections), and the list of unsupported features: one
+!> message each.
 module m_scene_section
    use m_side_kinds, only: side_kinds
    use m_kinds, only: wp
@@ -14,11 +14,12 @@ module m_scene_section
    private
    public :: take_sections
 
-   real(wp), parameter :: near = 1.0e-9_wp !< cells: a side so near to a place is there
+   real(wp), parameter :: near = 1.0e-9_wp !< cells: a side so near to a position counts as on it
 
 contains
 
-   !> Bodies, cuts, tools, laws and effects become what they are in the section, or a fault says which cannot.
+   !> Convert bodies, cuts, tools, laws and effects to the section; an error names the first one that cannot
+   !> be converted.
    subroutine take_sections(text, scene, error)
       type(namelist_text_t), intent(in) :: text
       type(scene_t), intent(inout) :: scene
@@ -39,7 +40,7 @@ contains
          scene%bodies(i)%section = scene%grid%section
          call check_body(text, scene%bodies(i), i, scene%grid%section, error)
       end do
-      do i = 1, size(scene%levels) ! all that there is across the section
+      do i = 1, size(scene%levels) ! over the whole thickness of the section
          scene%levels(i)%lower(2) = scene%grid%lower(2)
          scene%levels(i)%upper(2) = scene%grid%upper(2)
          scene%levels(i)%center(2) = scene%grid%lower(2)
@@ -105,7 +106,7 @@ contains
       end if
    end subroutine check_axis
 
-   !> A body moves in the section, and bears no shear across it at the start.
+   !> A body moves within the section, and bears no shear across it at the start.
    subroutine check_body(text, body, i, section, error)
       type(namelist_text_t), intent(in) :: text
       type(body_spec_t), intent(in) :: body
@@ -124,7 +125,7 @@ contains
          call fail(error, exit_input, text%place('body', i, 'stress')//start//'yz and xy must be 0')
    end subroutine check_body
 
-   !> A tool is on the axis and moves along it, or stays the same along y.
+   !> A tool is on the axis and moves along it, or is uniform along y.
    subroutine check_tool(text, tool, i, section, error)
       type(namelist_text_t), intent(in) :: text
       type(tool_spec_t), intent(in) :: tool
@@ -154,7 +155,7 @@ contains
       end do
    end subroutine check_tool
 
-   !> What is not there yet in a section.
+   !> Features not supported in a section.
    subroutine check_absent(text, scene, error)
       type(namelist_text_t), intent(in) :: text
       type(scene_t), intent(in) :: scene

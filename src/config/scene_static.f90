@@ -1,4 +1,4 @@
-!> &quasi_static: its variables, and what a scene with it may hold.
+!> &quasi_static: its variables, and checks of a scene with it.
 module m_scene_static
    use m_kinds, only: wp
    use m_constants, only: exit_input
@@ -13,8 +13,8 @@ module m_scene_static
    private
    public :: describe_quasi_static, check_quasi_static, brings_in_statics
 
-   !> Laws whose update from the beginning of a step holds for any step, and effects that are
-   !> forces alone, or means over cells.
+   !> Laws whose update from the beginning of a step is valid for any step length, and effects that are only
+   !> forces or means over cells.
    character(len=*), parameter :: laws(6) = [character(len=11) :: 'elastic', 'neo_hookean', 'j2', 'norton', &
                                              'maxwell', 'umat']
    character(len=*), parameter :: effects(3) = [character(len=12) :: 'gravity', 'pressure', 'anti_locking']
@@ -50,7 +50,7 @@ contains
          call group%refuse('max_step', 'must not be below step; 0 for no limit')
    end subroutine describe_quasi_static
 
-   !> True of an effect that laws bring where a scene does not say, also in quasi-static steps.
+   !> True for an effect that is on by default for a law, also in quasi-static steps.
    pure logical function brings_in_statics(name, spec)
       character(len=*), intent(in) :: name
       type(quasi_static_spec_t), intent(in) :: spec
@@ -58,7 +58,7 @@ contains
                           .not. (name == 'anti_locking' .and. spec%preconditioner == preconditioner_gamg)
    end function brings_in_statics
 
-   !> What quasi-static steps do not cover is refused.
+   !> Refuse what quasi-static steps do not support.
    subroutine check_quasi_static(text, scene, error)
       type(namelist_text_t), intent(in) :: text
       type(scene_t), intent(in) :: scene
@@ -101,7 +101,7 @@ contains
       call check_times(text, scene, error)
    end subroutine check_quasi_static
 
-   !> Times within the run; no speed of bodies where there is no inertia to keep it.
+   !> Times are within the run; no initial speed of bodies without inertia.
    subroutine check_times(text, scene, error)
       type(namelist_text_t), intent(in) :: text
       type(scene_t), intent(in) :: scene
@@ -120,7 +120,7 @@ contains
       end do
    end subroutine check_times
 
-   !> Between contact groups there are pressure and friction, without inertia.
+   !> Between contact groups only pressure and friction are supported, without inertia.
    subroutine check_groups(text, scene, error)
       type(namelist_text_t), intent(in) :: text
       type(scene_t), intent(in) :: scene
@@ -148,7 +148,7 @@ contains
       end do
    end subroutine check_groups
 
-   !> Tools that loads push have no mass in implicit steps.
+   !> Load-driven tools have no mass in implicit steps.
    subroutine check_inertia(text, scene, error)
       type(namelist_text_t), intent(in) :: text
       type(scene_t), intent(in) :: scene

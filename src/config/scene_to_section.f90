@@ -1,5 +1,5 @@
-!> A scene in three dimensions becomes the one that gives it by its section (theory.md, Sections), where
-!> nothing stands against it: what is of a part of a body becomes what is of all of it.
+!> Conversion of a scene in three dimensions to the equivalent section (theory.md, Sections), where possible:
+!> data of the modelled part become data of the whole body.
 module m_scene_to_section
    use m_side_kinds, only: boundary_symmetry, side_kinds
    use m_kinds, only: wp
@@ -12,12 +12,12 @@ module m_scene_to_section
    private
    public :: make_section
 
-   real(wp), parameter :: near = 1.0e-9_wp !< cells: a side so near to a place is there
+   real(wp), parameter :: near = 1.0e-9_wp !< cells: a side so near to a position counts as on it
 
 contains
 
-   !> Between two sides of symmetry in y it is a slice, plane strain; else a part of a body of revolution
-   !> about x = y = 0. What bodies, tools and effects may be is for `take_sections` to say.
+   !> Between two symmetry sides in y the scene is a slice, plane strain; else a part of a body of revolution
+   !> about x = y = 0. Bodies, tools and effects are checked by `take_sections`.
    subroutine make_section(text, scene, error)
       type(namelist_text_t), intent(in) :: text
       type(scene_t), intent(inout) :: scene
@@ -45,7 +45,7 @@ contains
       call turn_probes(scene)
    end subroutine make_section
 
-   !> Probes go to the section, round the axis or along y.
+   !> Move probes into the section, around the axis or along y.
    subroutine turn_probes(scene)
       type(scene_t), intent(inout) :: scene
       integer :: i
@@ -57,8 +57,8 @@ contains
       end do
    end subroutine turn_probes
 
-   !> How many times what is modelled the whole body is: by the sides of symmetry through the axis. Where it
-   !> is modelled as a whole, half of it goes.
+   !> Ratio of the whole body to the modelled part: by the symmetry sides through the axis. Where all of it is
+   !> modelled, half of it is removed.
    subroutine find_axis(text, grid, whole, error)
       type(namelist_text_t), intent(in) :: text
       type(grid_spec_t), intent(inout) :: grid
@@ -103,7 +103,7 @@ contains
       end do
    end subroutine refuse_boxes
 
-   !> Plane strain is of bodies that go on from one side of the slice to the other.
+   !> Plane strain requires bodies that extend from one side of the slice to the other.
    subroutine refuse_short(text, scene, error)
       type(namelist_text_t), intent(in) :: text
       type(scene_t), intent(in) :: scene
@@ -121,7 +121,7 @@ contains
       end do
    end subroutine refuse_short
 
-   !> Loads on tools, their masses and inertia, are those of all of the body.
+   !> Scale loads on tools, their masses and inertia to the whole body.
    subroutine raise_loads(scene, whole)
       type(scene_t), intent(inout) :: scene
       real(wp), intent(in) :: whole

@@ -1,5 +1,5 @@
-!> The words of a scene that stand for a choice, and the names of its groups. A choice is its word's index,
-!> boundaries and criteria excepted (their codes begin at 0).
+!> The words for the choices of a scene, and the names of its groups. A choice is its word's index, except for
+!> boundaries and criteria (their codes begin at 0).
 module m_scene_words
    use m_domain_kinds, only: domain_kinds
    use m_side_kinds, only: side_kinds
@@ -25,9 +25,8 @@ module m_scene_words
 
    character(len=*), parameter, public :: motion_words(2) = [character(len=5) :: 'slide', 'turn']
 
-   !> Groups that are no effects, and for each whether it must be there and whether it may be repeated. A
-   !> level names a tool, a motion too, a body a material, a contact of bodies their groups: these stand
-   !> before them.
+   !> Groups that are not effects; for each whether it is required and whether it may be repeated. Groups that
+   !> others refer to by name (tools, materials, bodies) stand before these.
    character(len=*), parameter, public :: group_words(16) = [character(len=12) :: 'scene', 'grid', 'time', &
                                                              'material', 'body', 'cut', 'body_contact', &
                                                              'tool', 'motion', 'level', 'probe', 'contact', &

@@ -1,4 +1,4 @@
-!> A scene as the namelist that reads back to the same values: every value used, defaults included.
+!> A scene as a namelist that reads back to the same values: every value used, defaults included.
 module m_scene_writer
    use m_group_reader, only: group_reader_t, name_length
    use m_offer, only: catalogue_t, offer
@@ -13,7 +13,7 @@ module m_scene_writer
 
 contains
 
-   !> What must be the same where a run goes on from another: all but &scene, &guard, &output and &checkpoint.
+   !> The part that must not change when a run is continued: all but &scene, &guard, &output and &checkpoint.
    function physics_as_namelist(scene) result(text)
       type(scene_t), intent(in) :: scene
       character(len=:), allocatable :: text
@@ -21,7 +21,7 @@ contains
                                'checkpoint'])
    end function physics_as_namelist
 
-   !> The whole scene, its lines ended by new_line; without some kinds of groups.
+   !> The whole scene, lines ended by new_line, without the groups `left_out`.
    function scene_as_namelist(scene, left_out) result(text)
       type(scene_t), intent(in) :: scene
       character(len=*), intent(in), optional :: left_out(:)
@@ -59,7 +59,7 @@ contains
       end do
    end function scene_as_namelist
 
-   !> How many groups of a kind are written.
+   !> Number of groups of a kind to write.
    pure integer function groups_of(scene, kind) result(count)
       type(scene_t), intent(in) :: scene
       character(len=*), intent(in) :: kind

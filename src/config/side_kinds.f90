@@ -1,14 +1,14 @@
-!> The conditions that a side of the grid may have (`boundary` of &grid; theory.md, eq. boundary): how a scene
-!> names them, and what others ask about them. What they do to nodes stands in m_boundary.
+!> The conditions on sides of the grid (`boundary` of &grid; theory.md, eq. boundary): their names in a scene,
+!> and their properties. Their effect on nodes is in m_boundary.
 module m_side_kinds
    implicit none
    private
 
    type, public :: side_kind_t
       character(len=8) :: name = ''
-      logical :: closed = .true.   !< nothing of a body leaves the grid there
-      logical :: mirrors = .false. !< the body goes on beyond as its mirror image
-      logical :: holds_all = .false. !< nodes do not move at all; else, of a closed side, not along its normal
+      logical :: closed = .true.   !< no material can leave the grid there
+      logical :: mirrors = .false. !< the body continues beyond it as its mirror image
+      logical :: holds_all = .false. !< nodes do not move at all; else, on a closed side, not along its normal
    end type side_kind_t
 
    integer, parameter, public :: boundary_free = 0, boundary_symmetry = 1, boundary_roller = 2, &
