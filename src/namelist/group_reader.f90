@@ -1,8 +1,7 @@
-!> Typed access to the variables of one group: each is asked for once, by one call that says what is allowed.
-!> Begun with `begin_text` the same calls write the values that they are given: one procedure a group so reads
-!> and writes it. Reading goes on after a fault; `finish` reports the one that matters most: an unknown
-!> variable (also the cause of a missing one), then one that does not belong to the choice made, then the
-!> first wrong value.
+!> Typed access to the variables of one group: each variable has one call, which sets what is allowed. After
+!> `begin_text` the same calls write the values passed to them: so one procedure a group both reads and writes
+!> it. Reading continues after an error; `finish` reports the most important one: an unknown variable (often
+!> the cause of a missing one), then one that does not belong to the choice made, then the first wrong value.
 module m_group_reader
    use m_kinds, only: wp
    use m_constants, only: exit_input
@@ -17,25 +16,26 @@ module m_group_reader
    implicit none
    private
 
-   integer, parameter, public :: name_length = 64 !< characters of a name that becomes part of a file name
-   integer, parameter :: max_known = 240         !< variables of a group, those of choices not made included
+   integer, parameter, public :: name_length = 64 !< characters of a name used in file names
+   integer, parameter :: max_known = 240         !< variables of a group, including those of other choices
 
-   !> A group while it is read.
+   !> A group being read or written.
    type, public :: group_reader_t
       private
       type(group_t) :: group
-      integer :: count = 0                                   !< variables asked for so far
+      integer :: count = 0                                   !< variables looked up so far
       character(len=name_length) :: known(max_known) = ''   !< their names
-      logical :: used(max_known) = .true.                   !< each belongs to the choice made
-      character(len=name_length) :: choices(max_known) = '' !< that choice, as shape='box'
-      character(len=name_length) :: choice = ''              !< the last one made
-      logical :: set_aside = .false. !< what is asked for belongs to a choice that was not made
+      logical :: used(max_known) = .true.                   !< whether each belongs to the choice made
+      character(len=name_length) :: choices(max_known) = '' !< the choice each belongs to, as shape='box'
+      character(len=name_length) :: choice = ''              !< the last choice made
+      logical :: set_aside = .false. !< variables looked up belong to a choice that was not made
       logical :: writing = .false.
-      character(len=:), allocatable :: lines                 !< written so far
+      character(len=:), allocatable :: lines                 !< lines written so far
       type(error_t) :: first_fault
-      logical :: describing = .false.            !< properties of a schema are made: these, of this offer
+      logical :: describing = .false.            !< schema properties are being made: these, of this offer
       character(len=:), allocatable :: properties, needed, offer
-      integer, public :: fewer = 0               !< above 0: what is asked for next may have so many values
+      integer, public :: fewer = 0               !< above 0: the next variable may have this number of values
+                                                 !< instead
    contains
       procedure :: begin
       procedure :: begin_text
@@ -69,7 +69,8 @@ module m_group_reader
    end type group_reader_t
 
    interface
-      !> What is asked for becomes properties, and the group an object of a JSON Schema (schema_text).
+      !> Switch to a schema: variables become properties, and the group an object of a JSON Schema
+      !> (schema_text).
       module subroutine begin_schema(self)
          class(group_reader_t), intent(out) :: self
       end subroutine begin_schema
@@ -82,20 +83,20 @@ module m_group_reader
          character(len=*), intent(in) :: name, property
          logical, intent(in), optional :: required
       end subroutine note
-      !> How many values are given of a variable.
+      !> Number of values given for a variable.
       pure module integer function values_given(self, name)
          class(group_reader_t), intent(in) :: self
          character(len=*), intent(in) :: name
       end function values_given
-      !> Refuse another number of values than `wanted`.
+      !> Refuse a number of values other than `wanted`.
       module subroutine check_count(self, found, wanted, expected, good)
          class(group_reader_t), intent(inout) :: self
          integer, intent(in) :: found, wanted
          character(len=*), intent(in) :: expected
          logical, intent(out) :: good
       end subroutine check_count
-      !> Where a value is a number and its unit in one, as 210GPa or '210 GPa': that no unit is written, and
-      !> what would be.
+      !> Message for a number with its unit in one value, as 210GPa or '210 GPa': units are not written, and
+      !> the value to write instead.
       module function note_unit(self, found, i) result(text)
          class(group_reader_t), intent(in) :: self
          integer, intent(in) :: found, i
@@ -115,14 +116,14 @@ module m_group_reader
          integer, intent(in) :: longest
          logical, intent(in), optional :: required
       end subroutine get_text
-      !> A name, fit to be part of a file name; `value` comes in as the default.
+      !> A name that can be part of a file name; `value` is the default on entry.
       module subroutine get_name(self, name, value, required)
          class(group_reader_t), intent(inout) :: self
          character(len=*), intent(in) :: name
          character(len=:), allocatable, intent(inout) :: value
          logical, intent(in), optional :: required
       end subroutine get_name
-      !> As get_choice, for as many words as `values` holds.
+      !> As get_choice, for the number of words in `values`.
       module subroutine get_choices(self, name, values, words, required)
          class(group_reader_t), intent(inout) :: self
          character(len=*), intent(in) :: name
@@ -130,14 +131,14 @@ module m_group_reader
          character(len=*), intent(in) :: words(:)
          logical, intent(in), optional :: required
       end subroutine get_choices
-      !> Index of the i-th value among the words; 0 and refused when it is none of them.
+      !> Index of the i-th value among the words; 0 and an error if it is none of them.
       module integer function word_index(self, found, i, words, expected)
          class(group_reader_t), intent(inout) :: self
          integer, intent(in) :: found, i
          character(len=*), intent(in) :: words(:)
          character(len=*), intent(in) :: expected
       end function word_index
-      !> As get_choices, for 1 to as many words as there are, each once.
+      !> As get_choices, for one or more of the words, each at most once.
       module subroutine get_set(self, name, chosen, words)
          class(group_reader_t), intent(inout) :: self
          character(len=*), intent(in) :: name
@@ -148,7 +149,7 @@ module m_group_reader
 
 contains
 
-   !> Take up a group. Without one, a group without variables: asking then tells only which are known.
+   !> Begin reading a group. Without one, an empty group: calls then only record which variables are known.
    subroutine begin(self, group)
       class(group_reader_t), intent(out) :: self
       type(group_t), intent(in), optional :: group
@@ -167,15 +168,15 @@ contains
       self%lines = ''
    end subroutine begin_text
 
-   !> The group that has been written.
+   !> The text of the group written.
    function written_text(self) result(text)
       class(group_reader_t), intent(in) :: self
       character(len=:), allocatable :: text
       text = '&'//self%group%name//new_line('a')//self%lines//'/'//new_line('a')
    end function written_text
 
-   !> True while what is asked for belongs to choices that the scene has not made: its names are known, but
-   !> may not be used.
+   !> Set while variables belong to choices that the scene has not made: their names are known, but must not
+   !> be used.
    subroutine others(self, set_aside, name)
       class(group_reader_t), intent(inout) :: self
       logical, intent(in) :: set_aside
@@ -185,7 +186,7 @@ contains
       if (present(name)) self%offer = name
    end subroutine others
 
-   !> Whether the value of a variable is to be written.
+   !> True when the value of a variable is to be written.
    pure logical function writes(self, used)
       class(group_reader_t), intent(in) :: self
       logical, intent(in), optional :: used
@@ -193,7 +194,7 @@ contains
       if (writes .and. present(used)) writes = used
    end function writes
 
-   !> All variables asked for: report the fault that matters most, if any.
+   !> After all variables: report the most important error, if any.
    subroutine finish(self, error)
       class(group_reader_t), intent(in) :: self
       type(error_t), intent(inout) :: error
@@ -217,34 +218,34 @@ contains
       if (self%first_fault%happened()) call fail(error, self%first_fault%status, self%first_fault%message)
    end subroutine finish
 
-   !> The variables asked for so far.
+   !> The variables looked up so far.
    function names(self) result(list)
       class(group_reader_t), intent(in) :: self
       character(len=name_length) :: list(self%count)
       list = self%known(:self%count)
    end function names
 
-   !> Whether values are being written, not read.
+   !> True when values are being written, not read.
    pure logical function is_writing(self)
       class(group_reader_t), intent(in) :: self
       is_writing = self%writing
    end function is_writing
 
-   !> Whether values are being read from a scene, for a choice that it has made.
+   !> True when values are being read, for a choice that the scene has made.
    pure logical function is_reading(self)
       class(group_reader_t), intent(in) :: self
       is_reading = .not. (self%writing .or. self%set_aside) .and. size(self%group%entries) > 0
    end function is_reading
 
-   !> Whether the scene gives a variable; false while writing.
+   !> True when the scene sets a variable; false while writing.
    pure logical function is_given(self, name)
       class(group_reader_t), intent(in) :: self
       character(len=*), intent(in) :: name
       is_given = self%group%find_entry(name) > 0
    end function is_given
 
-   !> Record that the value of a variable is wrong; the sentence begins with its place. Nothing is wrong with
-   !> what is written, or belongs to a choice that was not made.
+   !> Record an error in the value of a variable; the message begins with its position. Ignored while writing,
+   !> and for choices that were not made.
    subroutine refuse(self, name, sentence)
       class(group_reader_t), intent(inout) :: self
       character(len=*), intent(in) :: name, sentence
@@ -252,8 +253,8 @@ contains
          call fail(self%first_fault, exit_input, self%group%entry_place(name)//': '//sentence)
    end subroutine refuse
 
-   !> Note that a variable exists; its index in the group, or 0 when it is not given (refused when required).
-   !> What others than the choice made know too stays as it is.
+   !> Register a variable; its index in the group, or 0 when it is not given (an error if required). A
+   !> variable known to several choices keeps its state for the one made.
    integer function look_up(self, name, expected, required, used) result(found)
       class(group_reader_t), intent(inout) :: self
       character(len=*), intent(in) :: name, expected
@@ -283,7 +284,7 @@ contains
       if (required .and. found == 0) call self%refuse(name, 'missing; '//expected)
    end function look_up
 
-   !> One number of a variable, checked.
+   !> Read one number of a variable and check it.
    subroutine number(self, found, i, range, value, expected)
       class(group_reader_t), intent(inout) :: self
       integer, intent(in) :: found, i
@@ -334,7 +335,7 @@ contains
       if (good) call self%number(found, 1, range, value, expected)
    end subroutine get_real
 
-   !> As many numbers as `values` holds.
+   !> The number of values in `values`, all required.
    subroutine get_reals(self, name, values, range, required, used)
       class(group_reader_t), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -357,7 +358,7 @@ contains
       end do
    end subroutine get_reals
 
-   !> As many numbers as are given, one at least when required.
+   !> Any number of values, at least one if required.
    subroutine get_list(self, name, values, range, required, used)
       class(group_reader_t), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -377,7 +378,7 @@ contains
       end do
    end subroutine get_list
 
-   !> A whole number, `least` or more.
+   !> An integer, at least `least`.
    subroutine get_integer(self, name, value, least, required, used)
       class(group_reader_t), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -425,7 +426,7 @@ contains
       end if
    end subroutine get_logical
 
-   !> One of the words: its index. Stays as it is when not given, 0 when the word is unknown.
+   !> The index of one of the words. Unchanged when not given, 0 when the word is unknown.
    subroutine get_choice(self, name, value, words, required)
       class(group_reader_t), intent(inout) :: self
       character(len=*), intent(in) :: name

@@ -1,5 +1,4 @@
-!> Variables of a group whose values are words: texts, names, choices; whole numbers of a few; how many values
-!> there are.
+!> Variables of a group with words as values: texts, names, choices; integers from a list; number of values.
 submodule (m_group_reader) m_group_words
    use m_namelist_group, only: entry_t
    use m_namelist_lines, only: text_line, words_line
@@ -26,7 +25,7 @@ contains
                                        ' given'//unit_behind(self%group%entries(found)))
    end procedure check_count
 
-   !> Where the last value is a unit: that none is written, and what would be.
+   !> Message for a unit as last value: units are not written, and the value to write instead.
    function unit_behind(entry) result(text)
       type(entry_t), intent(in) :: entry
       character(len=:), allocatable :: text, unit
@@ -129,7 +128,7 @@ contains
       if (.not. good) call self%refuse(name, expected)
    end procedure get_text
 
-   !> Characters of a text in UTF-8: bytes that do not go on with one.
+   !> Number of characters of a UTF-8 text: bytes that do not continue one.
    pure integer function characters(text)
       character(len=*), intent(in) :: text
       integer :: i

@@ -1,4 +1,4 @@
-!> Where the parsing of a scene's text stands, and the words and names that follow there.
+!> The cursor in a scene's text, and the words and names that follow it.
 module m_namelist_cursor
    implicit none
    private
@@ -8,7 +8,7 @@ module m_namelist_cursor
    character(len=*), parameter :: blanks = ' '//achar(9)//achar(10)//achar(13)
    character(len=*), parameter, public :: word_ends = blanks//quotes//',=/!&'
 
-   !> Where the parsing stands.
+   !> Position of the parser.
    type, public :: cursor_t
       character(len=:), allocatable :: text
       integer :: at = 1
@@ -23,9 +23,9 @@ module m_namelist_cursor
 
 contains
 
-   !> Whether the word at the cursor is the name of the next variable: an = comes behind it.
+   !> True when the word at the cursor is the name of the next variable: an = follows it.
    logical function name_follows(cursor)
-      class(cursor_t), intent(inout) :: cursor !< as it was on return
+      class(cursor_t), intent(inout) :: cursor !< unchanged on return
       integer :: at, length, line
       name_follows = .false.
       length = scan(cursor%text(cursor%at:), word_ends) - 1
@@ -39,7 +39,7 @@ contains
       cursor%line = line
    end function name_follows
 
-   !> Whether all characters are ASCII.
+   !> True when all characters are ASCII.
    pure logical function is_plain(word)
       character(len=*), intent(in) :: word
       integer :: i
@@ -72,7 +72,7 @@ contains
       if (self%at <= len(self%text)) next = self%text(self%at:self%at)
    end function next
 
-   !> Step over blanks, line ends and comments.
+   !> Skip blanks, line ends and comments.
    subroutine skip(self)
       class(cursor_t), intent(inout) :: self
       do while (self%at <= len(self%text))
@@ -93,7 +93,7 @@ contains
       end do
    end subroutine skip
 
-   !> What stands at the cursor up to a blank or sign; may be empty.
+   !> Read up to a blank or sign; may be empty.
    subroutine read_word(self, word)
       class(cursor_t), intent(inout) :: self
       character(len=:), allocatable, intent(out) :: word

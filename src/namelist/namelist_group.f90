@@ -1,13 +1,13 @@
-!> One group of a scene's text: its variables, their raw values, and where they stand.
+!> One group of a scene's text: its variables, their raw values and positions.
 module m_namelist_group
    use m_text, only: to_text
    implicit none
    private
    public :: abbreviated
 
-   integer, parameter :: longest_shown = 60     !< characters of a value that a sentence repeats
+   integer, parameter :: longest_shown = 60     !< characters of a value quoted in a message
 
-   !> Where a value stands in the source of its entry, without its quotes.
+   !> Position of a value in the source of its entry, without quotes.
    type, public :: value_t
       integer :: first = 1, last = 0
       logical :: quoted = .false.
@@ -18,8 +18,8 @@ module m_namelist_group
       character(len=:), allocatable :: name      !< lower case
       integer :: line = 0
       character(len=:), allocatable :: source    !< of all its values
-      type(value_t), allocatable :: values(:)    !< repeats written out
-      character(len=:), allocatable :: shown     !< values as a sentence repeats them
+      type(value_t), allocatable :: values(:)    !< repeats expanded
+      character(len=:), allocatable :: shown     !< values as quoted in messages
    contains
       procedure :: value_text
    end type entry_t
@@ -36,7 +36,7 @@ module m_namelist_group
 
 contains
 
-   !> At most `longest_shown` characters of a text, so that a sentence stays one line.
+   !> At most `longest_shown` characters of a text, so that a message stays one line.
    pure function abbreviated(text) result(short)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: short
@@ -46,7 +46,7 @@ contains
       last = longest_shown - 3
       do while (last > 1 .and. ichar(text(last + 1:last + 1)) >= 128 &
                 .and. ichar(text(last + 1:last + 1)) < 192)
-         last = last - 1 ! not within a UTF-8 letter
+         last = last - 1 ! not within a UTF-8 character
       end do
       short = text(:last)//'...'
    end function abbreviated
@@ -77,8 +77,8 @@ contains
       end do
    end function find_entry
 
-   !> `line 7, &material young=-70e9`; without its value when the variable is not given, where the group
-   !> begins.
+   !> `line 7, &material young=-70e9`; if the variable is not given, without value and with the line of the
+   !> group.
    function entry_place(self, name) result(text)
       class(group_t), intent(in) :: self
       character(len=*), intent(in) :: name

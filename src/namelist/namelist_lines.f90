@@ -49,7 +49,7 @@ contains
       line = line//new_line('a')
    end function words_line
 
-   !> In single quotes, those inside doubled.
+   !> In single quotes, quotes inside doubled.
    pure function quoted(value) result(text)
       character(len=*), intent(in) :: value
       character(len=:), allocatable :: text

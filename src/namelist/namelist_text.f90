@@ -1,5 +1,5 @@
-!> The text of a scene as groups, variables and raw values, each with its place. What they mean is not decided
-!> here.
+!> The text of a scene as groups, variables and raw values, each with its position. Their meaning is not
+!> interpreted here.
 !>
 !> `&group name = value, value ... /` with ! comments, texts in single or double quotes (a quote inside is
 !> doubled), repeat counts (3*0.0), commas or blanks between values, a group over several lines or several on
@@ -16,8 +16,8 @@ module m_namelist_text
    private
 
    integer, parameter :: max_entries = 1000    !< variables in a group
-   integer, parameter :: max_repeats = 1000000 !< of a value; a variable with repeats has no more, or than
-                                                !< its text has characters
+   integer, parameter :: max_repeats = 1000000 !< of a value; the limit for variables with repeats is this or
+                                                !< the length of their text
    character(len=*), parameter :: brackets = '()%'
    character(len=*), parameter :: index_sentence = ': an index is not allowed; give all values at once, '// &
       'as name=value,value,value'
@@ -35,7 +35,7 @@ module m_namelist_text
 
 contains
 
-   !> The groups of a text. An error names the line, and the group and variable where there is one.
+   !> Parse the groups of a text. An error names the line, and the group and variable if there is one.
    subroutine parse(self, text, error)
       class(namelist_text_t), intent(out) :: self
       character(len=*), intent(in) :: text
@@ -48,7 +48,7 @@ contains
       if (.not. error%happened()) call refuse_other_encodings(text, error)
       if (error%happened()) return
       cursor%text = text
-      ! the byte order mark of some editors
+      ! skip the byte order mark of some editors
       if (index(text, char(239)//char(187)//char(191)) == 1) cursor%at = 4
       count = 0
       deallocate (self%groups)
@@ -68,7 +68,7 @@ contains
       self%groups = self%groups(:count)
    end subroutine parse
 
-   !> Only blanks, tabs and line ends may stand beside what can be seen.
+   !> Besides printable characters only blanks, tabs and line ends are allowed.
    subroutine refuse_control_characters(text, error)
       character(len=*), intent(in) :: text
       type(error_t), intent(inout) :: error
@@ -87,8 +87,8 @@ contains
       end do
    end subroutine refuse_control_characters
 
-   !> A scene is UTF-8: a byte above 127 begins a character of two to four bytes, and as many of 128 to 191
-   !> follow.
+   !> A scene is UTF-8: a byte above 127 begins a character of two to four bytes, whose other bytes are 128 to
+   !> 191.
    subroutine refuse_other_encodings(text, error)
       character(len=*), intent(in) :: text
       type(error_t), intent(inout) :: error
@@ -154,7 +154,7 @@ contains
       group%entries = entries(:count)
    end subroutine parse_group
 
-   !> Where text stands right behind the / that ended a group, as in 20 m/s: what a / is.
+   !> Hint on the meaning of / where text follows immediately after the / that ended a group, as in 20 m/s.
    pure function slash_in_a_unit(cursor) result(hint)
       type(cursor_t), intent(in) :: cursor
       character(len=:), allocatable :: hint
@@ -164,7 +164,7 @@ contains
          hint = '. A / ends a group, also in m/s: units are not written, all is in SI'
    end function slash_in_a_unit
 
-   !> Whether the group ends here; steps over its end.
+   !> True when the group ends here; skips its end.
    logical function group_ends(cursor, group, error)
       type(cursor_t), intent(inout) :: cursor
       type(group_t), intent(in) :: group
@@ -239,7 +239,7 @@ contains
       new%source = cursor%text(first:cursor%at - 1)
    end subroutine parse_entry
 
-   !> The values behind an =, up to the next name or the end of the group. Positions count from the = on.
+   !> The values after an =, up to the next name or the end of the group. Positions count from the =.
    subroutine parse_values(cursor, new, start, error)
       type(cursor_t), intent(inout) :: cursor
       type(entry_t), intent(inout) :: new
@@ -325,7 +325,7 @@ contains
       end if
       values(count + 1:count + repeats) = new
       count = count + repeats
-      if (count > max(max_repeats, cursor%at - origin)) & ! those without repeats are as many as wanted
+      if (count > max(max_repeats, cursor%at - origin)) & ! variables without repeats have no limit
          call fail(error, exit_input, start//': more than '//to_text(max_repeats)// &
                    ' values by repeat counts')
    end subroutine parse_value

@@ -1,4 +1,4 @@
-!> The strict reading of numbers, and the text that reads back to the same bits.
+!> Strict reading of numbers, and the text that reads back to the same bits.
 module m_number_text
    use m_kinds, only: wp
    use m_text, only: exact_text, to_text
@@ -7,13 +7,16 @@ module m_number_text
    private
    public :: read_real, read_integer, reals_text, find_decimal_comma
 
-   integer, parameter, public :: number_good = 0     !< it is a number
-   integer, parameter, public :: number_none = 1     !< it is something else
+   integer, parameter, public :: number_good = 0     !< a number
+   integer, parameter, public :: number_none = 1     !< not a number
    integer, parameter, public :: number_infinite = 2 !< NaN or infinity
-   integer, parameter, public :: number_size = 3     !< too large or too small in size (see largest_exponent)
+   integer, parameter, public :: number_size = 3     !< too large or too small in magnitude (see
+                                                     !< largest_exponent)
 
-   integer, parameter :: largest_exponent = 100 !< sizes from 1e-100 to 1e100: squares and cubes stay finite
-   character(len=*), parameter :: parts = ' ;'//achar(9)//achar(13) !< letters between numbers, but commas
+   integer, parameter :: largest_exponent = 100 !< magnitudes from 1e-100 to 1e100: squares and cubes stay
+                                                !< finite
+   character(len=*), parameter :: parts = ' ;'//achar(9)//achar(13) !< characters between numbers, except
+                                                                    !< commas
    integer, parameter :: longest_number = 400        !< characters
 
 contains
@@ -22,7 +25,7 @@ contains
    pure subroutine read_real(text, value, fault)
       character(len=*), intent(in) :: text
       real(wp), intent(out) :: value
-      integer, intent(out) :: fault !< number_good or what is wrong
+      integer, intent(out) :: fault !< number_good or the kind of error
       character(len=:), allocatable :: digits
       integer :: at, first, before, after, zeros, exponent, status
       value = 0.0_wp
@@ -52,8 +55,9 @@ contains
       fault = merge(number_good, number_none, status == 0)
    end subroutine read_real
 
-   !> Find a word such as 1,5 in a line whose numbers other letters part (blanks, tabs, semicolons): there a
-   !> comma is a decimal one. Where it stands in the line; 0 and -1 where there is none.
+   !> Find a word such as 1,5 in a line whose numbers are separated by other characters (blanks, tabs,
+   !> semicolons): there a comma is a decimal one. `at`, `to`: its position in the line; 0 and -1 if there is
+   !> none.
    pure subroutine find_decimal_comma(line, at, to)
       character(len=*), intent(in) :: line
       integer, intent(out) :: at, to
@@ -93,7 +97,7 @@ contains
       to = -1
    end subroutine find_decimal_comma
 
-   !> Step over digits; how many there were.
+   !> Skip digits and count them.
    pure subroutine read_digits(text, at, count)
       character(len=*), intent(in) :: text
       integer, intent(inout) :: at
@@ -103,8 +107,7 @@ contains
       at = at + count
    end subroutine read_digits
 
-   !> The exponent that follows a mantissa, up to the end of the text; `status` is not 0 when something else
-   !> does.
+   !> The exponent after a mantissa, up to the end of the text; `status` is not 0 if there is anything else.
    pure subroutine read_exponent(text, at, exponent, status)
       character(len=*), intent(in) :: text
       integer, intent(inout) :: at
@@ -145,7 +148,7 @@ contains
       good = status == 0
    end subroutine read_integer
 
-   !> Several values, as `1,2,3`: exact, or to some digits.
+   !> Several values, as `1,2,3`: exact, or to a number of digits.
    pure function reals_text(values, digits) result(text)
       real(wp), intent(in) :: values(:)
       integer, intent(in), optional :: digits !< significant digits
@@ -161,7 +164,7 @@ contains
             number = exact_text(values(i))
          end if
          if (i > 1) number = ','//number
-         if (used + len(number) > len(text)) then ! twice the room: a list may be long
+         if (used + len(number) > len(text)) then ! double the room: a list may be long
             allocate (character(len=2*(used + len(number))) :: larger)
             larger(:used) = text(:used)
             call move_alloc(larger, text)

@@ -1,5 +1,4 @@
-!> What a scene may call for by name: a material law (`model='...'` of &material) or an effect (a group of its
-!> own).
+!> Named options of a scene: a material law (`model='...'` of &material) or an effect (a group of its own).
 module m_offer
    use m_kinds, only: wp
    use m_text, only: to_text
@@ -9,11 +8,11 @@ module m_offer
    private
    public :: offer, offered_names, offered, know_others
 
-   !> Something with a name and variables of its own. Laws and effects extend it.
+   !> Something with a name and variables of its own: the parent type of laws and effects.
    type, abstract, public :: offer_t
       character(len=:), allocatable :: name
-      logical :: repeats = .false. !< an effect's group may stand in a scene more than once
-      integer :: line = 0          !< of the scene, on which its group begins; 0: it was not read
+      logical :: repeats = .false. !< a scene may have several groups of this effect
+      integer :: line = 0          !< of the scene, where its group begins; 0: not read
    contains
       procedure :: group_text
       procedure :: for_large_strains
@@ -25,12 +24,12 @@ module m_offer
       procedure(variables_interface), deferred :: variables
    end type offer_t
 
-   !> One of several offers of different type.
+   !> Holder for offers of different types.
    type, public :: offer_slot_t
       class(offer_t), allocatable :: it
    end type offer_slot_t
 
-   !> All that scenes may call for. Prototypes: what a scene gets is a copy with its own values.
+   !> All offers. These are prototypes: a scene gets a copy with its own values.
    type, public :: catalogue_t
       type(offer_slot_t), allocatable :: models(:)  !< material laws
       type(offer_slot_t), allocatable :: effects(:) !< optional groups
@@ -38,9 +37,9 @@ module m_offer
    end type catalogue_t
 
    abstract interface
-      !> Ask for each variable once, in the order of the documentation. The same procedure reads a group,
-      !> tells which names it knows, and writes case.nml (then `group` takes the values): the values that come
-      !> in are the defaults.
+      !> Look up each variable once, in the order of the documentation. The same procedure reads a group,
+      !> lists the names that it knows, and writes case.nml (then `group` takes the values): the values on
+      !> entry are the defaults.
       subroutine variables_interface(self, group)
          import :: offer_t, group_reader_t
          class(offer_t), intent(inout) :: self
@@ -50,7 +49,7 @@ module m_offer
 
 contains
 
-   !> How a sentence about its group begins: `line 7, &name`.
+   !> Beginning of a message about its group: `line 7, &name`.
    pure function group_text(self) result(text)
       class(offer_t), intent(in) :: self
       character(len=:), allocatable :: text
@@ -58,33 +57,32 @@ contains
       if (self%line > 0) text = 'line '//to_text(self%line)//', '//text
    end function group_text
 
-   !> True of a law that is made for large strains: domains of particles follow the material where the scene
-   !> does not say.
+   !> True for a law for large strains: domains of particles follow the deformation by default.
    pure logical function for_large_strains(self)
       class(offer_t), intent(in) :: self
       for_large_strains = .false.
    end function for_large_strains
 
-   !> The effect that a scene with this law gets where it does not say; empty: none.
+   !> The effect that is on by default for this law; empty: none.
    pure function default_effect(self) result(name)
       class(offer_t), intent(in) :: self
       character(len=:), allocatable :: name
       name = ''
    end function default_effect
 
-   !> True of a law with axes of its own, which a body's `orientation` turns.
+   !> True for a law with material axes, set by a body's `orientation`.
    pure logical function is_oriented(self)
       class(offer_t), intent(in) :: self
       is_oriented = .false.
    end function is_oriented
 
-   !> True of an effect whose group says that it is not to be there.
+   !> True for an effect that its group turns off.
    pure logical function declined(self)
       class(offer_t), intent(in) :: self
       declined = .false.
    end function declined
 
-   !> A box that what is offered takes out of the body around it.
+   !> A box that the offer removes from the body around it.
    pure subroutine hollow(self, lower, upper, there_is)
       class(offer_t), intent(in) :: self
       real(wp), intent(out) :: lower(3), upper(3) !< m
@@ -94,8 +92,8 @@ contains
       upper = 0.0_wp
    end subroutine hollow
 
-   !> Become what it is in a scene that is given by a section. `why`: it cannot, as the end of a sentence
-   !> about it; empty: it can. A law of a material without directions is the same in any.
+   !> Convert to the section of a scene given by one. `why`: the reason if that is impossible, as the end of a
+   !> message; empty: converted. The law of an isotropic material is the same in any section.
    subroutine take_section(self, section, why)
       class(offer_t), intent(inout) :: self
       type(section_t), intent(in) :: section
@@ -104,7 +102,7 @@ contains
       if (self%is_oriented()) why = 'has directions of its own; allowed in 3D, or a law without them'
    end subroutine take_section
 
-   !> Append an offer under a name (lower case).
+   !> Append an offer with a name (lower case).
    subroutine offer(slots, name, it)
       type(offer_slot_t), allocatable, intent(inout) :: slots(:)
       character(len=*), intent(in) :: name
@@ -141,11 +139,11 @@ contains
       end do
    end function offered
 
-   !> Variables of the offers that were not chosen are known, but may not be used.
+   !> Register the variables of the offers that were not chosen: known, but not to be used.
    subroutine know_others(group, offers, chosen)
       type(group_reader_t), intent(inout) :: group
       type(offer_slot_t), intent(in) :: offers(:)
-      integer, intent(in) :: chosen !< 0: an unknown one, which is the fault then, not what comes with it
+      integer, intent(in) :: chosen !< 0: unknown, which is the error to report, not its consequences
       class(offer_t), allocatable :: other
       integer :: n
       do n = 1, size(offers)

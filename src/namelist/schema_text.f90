@@ -1,4 +1,4 @@
-!> The properties of a JSON Schema that tell what a variable may be.
+!> The properties of a JSON Schema that describe a variable.
 module m_schema_text
    use m_text, only: to_text
    use m_value_range, only: range_t
@@ -8,7 +8,7 @@ module m_schema_text
 
 contains
 
-   !> One number, `count` of them, or (0) as many as are given; above 0: `fewer` will do too.
+   !> One number, `count` of them, or (0) any number; above 0: `fewer` are allowed too.
    function number_property(range, count, fewer) result(text)
       type(range_t), intent(in) :: range
       integer, intent(in) :: count, fewer
@@ -25,7 +25,7 @@ contains
       text = '"type":"integer","minimum":'//to_text(least)
    end function integer_property
 
-   !> One of some words, `count` of them, or (0) any number, each once; above 0: `fewer` will do too.
+   !> One of some words, `count` of them, or (0) any number, each once; above 0: `fewer` are allowed too.
    function words_property(words, count, fewer) result(text)
       character(len=*), intent(in) :: words(:)
       integer, intent(in) :: count, fewer
@@ -42,7 +42,7 @@ contains
       if (count == 0) text = '"anyOf":[{'//text//'},{"type":"array","uniqueItems":true,"items":{'//text//'}}]'
    end function words_property
 
-   !> Lists of so many, or of fewer.
+   !> Lists of `count` items, or of fewer.
    pure function lists_of(items, count, fewer) result(text)
       character(len=*), intent(in) :: items
       integer, intent(in) :: count, fewer

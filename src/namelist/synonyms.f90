@@ -1,4 +1,4 @@
-!> Words of other programs, and of the field, for what a scene calls otherwise; and units of numbers.
+!> Words of other programs, and of the field, for names in a scene; and units of numbers.
 module m_synonyms
    use m_kinds, only: wp
    implicit none
@@ -7,7 +7,7 @@ module m_synonyms
 
    integer, parameter :: width = 24
 
-   !> A word, what it may be here (the first of these that is allowed), and what to know about it.
+   !> A word, its candidates here (the first of these that is allowed is suggested), and a hint.
    type :: synonym_t
       character(len=width) :: word
       character(len=width) :: meant(3) = ''
@@ -17,8 +17,7 @@ module m_synonyms
 
 contains
 
-   !> What a word that is not allowed may stand for, as `meant: pyramid (with faces=4)`; empty:
-   !> nothing known.
+   !> Suggestion for a word that is not allowed, as `meant: pyramid (with faces=4)`; empty: unknown.
    pure function meant(word, allowed) result(text)
       character(len=*), intent(in) :: word       !< in lower case
       character(len=*), intent(in) :: allowed(:)
@@ -62,7 +61,7 @@ contains
       if (present(hint)) synonym%hint = hint
    end function one
 
-   !> A word for which there is none here; what to do instead, where a word `beside` is allowed.
+   !> A word without an equivalent; the hint on what to do instead applies where the word `beside` is allowed.
    pure function none(word, beside, hint) result(synonym)
       character(len=*), intent(in) :: word, beside, hint
       type(synonym_t) :: synonym
@@ -296,7 +295,7 @@ contains
               one('eulerangles', 'orientation', 'orientations'), one('pressure', 'values')]
    end function variables
 
-   !> A unit in SI; 0: no unit.
+   !> A unit in SI; 0: not a unit.
    pure real(wp) function factor_of(unit)
       character(len=*), intent(in) :: unit
       select case (unit)

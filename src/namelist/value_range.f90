@@ -1,4 +1,4 @@
-!> The numbers that a variable may take, and how a sentence says so.
+!> The allowed numbers of a variable, and their description in messages.
 module m_value_range
    use m_kinds, only: wp
    use m_text, only: exact_text
@@ -59,7 +59,7 @@ contains
                                               .or. (value <= self%upper .and. .not. self%upper_open)
    end function holds
 
-   !> `above -1 and below 0.5`, `at least 0 s`, `in m`; empty when there is nothing to say.
+   !> `above -1 and below 0.5`, `at least 0 s`, `in m`; empty if there are no limits and no unit.
    pure function limits(self) result(text)
       class(range_t), intent(in) :: self
       character(len=:), allocatable :: text
@@ -76,7 +76,7 @@ contains
       end if
    end function limits
 
-   !> The limits as a JSON Schema has them, each with a comma before it.
+   !> The limits in a JSON Schema, each with a comma before it.
    pure function as_json(self) result(text)
       class(range_t), intent(in) :: self
       character(len=:), allocatable :: text
@@ -87,7 +87,7 @@ contains
       if (self%has_upper .and. .not. self%upper_open) text = text//',"maximum":'//json_number(self%upper)
    end function as_json
 
-   !> A number as JSON has it: with a digit before its point and after.
+   !> A number in JSON: with a digit before and after its point.
    pure function json_number(value) result(text)
       real(wp), intent(in) :: value
       character(len=:), allocatable :: text

@@ -32,8 +32,8 @@ contains
       end do
    end function joined
 
-   !> What to write instead of an unknown word: `; nearest: young; allowed: name, density, young`. A word of
-   !> other programs for it comes before one that is spelt alike: `; meant: tool`.
+   !> Suggestion for an unknown word: `; nearest: young; allowed: name, density, young`. A synonym from other
+   !> programs comes before a word of similar spelling: `; meant: tool`.
    pure function advice(word, allowed) result(text)
       character(len=*), intent(in) :: word
       character(len=*), intent(in) :: allowed(:)
@@ -50,7 +50,7 @@ contains
       text = text//'; allowed: '//joined(allowed)
    end function advice
 
-   !> Index of the word with the smallest edit distance; 0 when none is alike: more than half of the letters
+   !> Index of the word with the smallest edit distance; 0 if none is similar: more than half of the letters
    !> would change, and none is part of the other.
    pure integer function nearest_word(word, allowed) result(nearest)
       character(len=*), intent(in) :: word
@@ -67,7 +67,7 @@ contains
       end do
    end function nearest_word
 
-   !> Whether one of two words of three letters or more stands in the other.
+   !> True when one of two words of three letters or more is part of the other.
    pure logical function is_part(a, b)
       character(len=*), intent(in) :: a, b
       is_part = .false.
@@ -76,8 +76,8 @@ contains
                 index(lower_case(trim(b)), lower_case(trim(a))) > 0
    end function is_part
 
-   !> Letters to put in, take out or change to make one word of another (Levenshtein); of long words the
-   !> beginnings.
+   !> Letters to insert, delete or change to turn one word into another (Levenshtein); of long words only the
+   !> beginnings are compared.
    pure integer function edit_distance(a, b) result(distance)
       character(len=*), intent(in) :: a, b
       integer :: row(0:longest), i, j, corner, above
