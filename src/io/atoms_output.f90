@@ -1,4 +1,4 @@
-!> What is written of a box of atoms: the columns of its history, and files beside snapshots.
+!> Output of a box of atoms: the columns of its history, and files beside snapshots.
 module m_atoms_output
    use m_kinds, only: wp, i8
    use m_atom_fields, only: atom_fields_t, fields_of
@@ -29,8 +29,8 @@ contains
                         'defects', 'interface_change']
    end function atoms_header
 
-   !> Collective: with the snapshot of a step a dump for LAMMPS and OVITO, and a file for VTK of the same
-   !> atoms.
+   !> Collective: with the snapshot of a step write the atoms as a dump for LAMMPS and OVITO, and as a file
+   !> for VTK.
    subroutine write_atoms(model, directory, snapshot, error)
       type(model_t), intent(inout), target :: model
       character(len=*), intent(in) :: directory
@@ -49,7 +49,7 @@ contains
       call model%communicator%agree(error)
    end subroutine write_atoms
 
-   !> All atoms, which rank 0 has; numbers of the file are theirs.
+   !> All atoms, which are on rank 0; numbers in the file are those of the atoms.
    subroutine fill(atoms, coupling)
       type(snapshot_t), intent(inout) :: atoms
       type(coupling_t), intent(inout) :: coupling

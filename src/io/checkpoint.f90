@@ -1,7 +1,7 @@
-!> A checkpoint: everything that a run needs to go on, to the same bits (doc/developer/files.md has the tables
+!> A checkpoint: everything needed to continue a run with the same bits (doc/developer/files.md has the tables
 !> of the file).
 !>
-!> What belongs to the model is named in state.f90; here is what the run counts besides.
+!> The state of the model is listed in state.f90; here are the other data of a run.
 module m_checkpoint
    use, intrinsic :: iso_c_binding, only: c_loc
    use mpi_f08
@@ -28,17 +28,17 @@ module m_checkpoint
    private
    public :: write_checkpoint, particle_bytes, run_facts_t
 
-   !> What a run knows besides its model and its balance.
+   !> Data of a run other than its model and its balance.
    type :: run_facts_t
       integer(i8) :: particles = 0              !< at the start of the scene
       integer(i8), allocatable :: probes(:)     !< ids of the probed particles
-      real(wp) :: guard(guard_facts) = 0.0_wp   !< what the guard remembers
+      real(wp) :: guard(guard_facts) = 0.0_wp   !< the guard's state
    end type run_facts_t
 
-   !> A checkpoint that is read.
+   !> A checkpoint being read.
    type, public :: checkpoint_t
       character(len=:), allocatable :: path, directory
-      character(len=:), allocatable :: note !< newer ones that are damaged, in a sentence; empty: none
+      character(len=:), allocatable :: note !< newer checkpoints that are damaged, as a message; empty: none
       type(hdf5_reader_t), private :: file
    contains
       procedure :: open => open_checkpoint
@@ -48,12 +48,12 @@ module m_checkpoint
    end type checkpoint_t
 
    integer(i8), parameter :: longest_case = 2_i8**28  !< bytes
-   integer(i8), parameter :: max_unknowns = 2_i8**24 !< of the contact solver of a rank
+   integer(i8), parameter :: max_unknowns = 2_i8**24 !< of the contact solver on a rank
 
 contains
 
-   !> Collective: write `<directory>/checkpoint_<step>.h5`. Once it has its name it is whole and on the disk;
-   !> after an error (exit_files) nothing of it is left, and all ranks hold the error.
+   !> Collective: write `<directory>/checkpoint_<step>.h5`. Once it has this name it is complete and on the
+   !> disk; after an error (exit_files) nothing of it is left, and all ranks hold the error.
    subroutine write_checkpoint(directory, scene, model, balance, facts, path, error)
       character(len=*), intent(in) :: directory
       type(scene_t), intent(in) :: scene
@@ -70,7 +70,7 @@ contains
       text = scene_as_namelist(scene)
       store%writes = .true.
       store%communicator = model%communicator
-      ! HDF5 writes <path>.part.part, which becomes <path>.part, which gets its seal and its name
+      ! HDF5 writes <path>.part.part, which is renamed <path>.part, which gets its seal and final name
       call store%output%create(model%communicator, part_name(path), bytes_of(model, blocks) + len(text), &
                                error, front=seal_length)
       if (error%happened()) return
@@ -94,7 +94,7 @@ contains
       call seal_checkpoint(model%communicator, path, error)
    end subroutine write_checkpoint
 
-   !> Bytes of the tables, about.
+   !> Estimated size of the tables, bytes.
    integer(i8) function bytes_of(model, blocks) result(bytes)
       type(model_t), intent(in) :: model
       type(block_table_t), intent(in) :: blocks
@@ -102,14 +102,14 @@ contains
               + 8_i8*(table_width + bounds_width)*size(blocks%table, 2)
    end function bytes_of
 
-   !> Bytes of so many particles in a checkpoint.
+   !> Bytes of a number of particles in a checkpoint.
    pure integer(i8) function particle_bytes(model, particles)
       type(model_t), intent(in) :: model
       integer(i8), intent(in) :: particles
       particle_bytes = 8_i8*particles*(model%levels(1)%table%columns + own_columns)
    end function particle_bytes
 
-   !> Collective: open the newest whole checkpoint of a directory.
+   !> Collective: open the latest complete checkpoint of a directory.
    subroutine open_checkpoint(self, communicator, directory, error)
       class(checkpoint_t), intent(out) :: self
       type(communicator_t), intent(in) :: communicator
@@ -125,7 +125,7 @@ contains
       call self%file%close()
    end subroutine close_checkpoint
 
-   !> Collective: the scene, as the run had it.
+   !> Collective: the scene as the run used it.
    subroutine scene_text(self, text, error)
       class(checkpoint_t), intent(in) :: self
       character(len=:), allocatable, intent(out) :: text
@@ -149,7 +149,8 @@ contains
       end do
    end subroutine scene_text
 
-   !> Collective: a model of the scene that has been built empty, and the rest of the run, as they were.
+   !> Collective: restore the state into a model of the scene built without particles, and the other data of
+   !> the run.
    subroutine restore(self, model, balance, facts, error)
       class(checkpoint_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
@@ -184,7 +185,7 @@ contains
                                       fault%message)
    end subroutine restore
 
-   !> Collective: what the run has counted, to or from the store. No roll-back takes it back.
+   !> Collective: transfer the run's counters to or from the store. A roll-back does not reset them.
    subroutine describe_run(store, model, facts, error)
       type(file_store_t), intent(inout) :: store
       type(model_t), intent(inout) :: model
@@ -214,7 +215,7 @@ contains
       call describe_solver(store, model, error)
    end subroutine describe_run
 
-   !> Collective: the regions of the levels; what reads them makes the blocks first.
+   !> Collective: write the regions of the levels; `restore` reads them before it creates the blocks.
    subroutine put_regions(store, model, error)
       type(file_store_t), intent(inout) :: store
       type(model_t), intent(in) :: model
@@ -224,9 +225,9 @@ contains
       if (size(regions) > 0) call store%longs('/state/regions', regions, error)
    end subroutine put_regions
 
-   !> Collective: unknowns that the contact solver of each rank has room for, below 0 before it is first
-   !> needed. Its sums run over all of that room, so that their last bits depend on it. On another number of
-   !> ranks it finds its own.
+   !> Collective: capacity in unknowns of each rank's contact solver, below 0 before its first use. Its sums
+   !> run over the whole capacity, so their last bits depend on it. On another number of ranks it is chosen
+   !> anew.
    subroutine describe_solver(store, model, error)
       type(file_store_t), intent(inout) :: store
       type(model_t), intent(inout) :: model
@@ -258,7 +259,7 @@ contains
                          some_rows(0_i8, merge(len(text), 0, communicator%is_root())), c_loc(letters), error)
    end subroutine put_scene
 
-   !> All rows of a table, for every rank.
+   !> Layout of all rows of a table, for every rank.
    pure type(file_layout_t) function all_rows(rows) result(layout)
       integer(i8), intent(in) :: rows
       layout = some_rows(0_i8, int(rows))

@@ -1,9 +1,9 @@
-!> Checkpoints as files: their names, the seal that tells a whole one from a damaged one, and which of a
-!> directory is the newest.
+!> Checkpoint files: their names, the seal that distinguishes a complete one from a damaged one, and the
+!> search for the latest in a directory.
 !>
 !> A checkpoint is an HDF5 file with 512 bytes of plain text in front: format, program, length and checksum of
-!> what follows, and a checksum of this text. They are written last, so that nothing else than the seal has to
-!> be believed.
+!> the rest, and a checksum of this text. The text is written last, so that a valid seal implies a complete
+!> file.
 module m_checkpoint_file
    use m_kinds, only: i8
    use m_constants, only: exit_files, exit_input, program_version
@@ -27,7 +27,7 @@ module m_checkpoint_file
 
 contains
 
-   !> `checkpoint_<step>.h5` with the step in 12 digits, so that names stand in the order of steps.
+   !> `checkpoint_<step>.h5` with the step in 12 digits, so that names sort in the order of steps.
    pure function checkpoint_name(step) result(name)
       integer(i8), intent(in) :: step
       character(len=:), allocatable :: name
@@ -36,7 +36,7 @@ contains
       name = 'checkpoint_'//trim(digits)//'.h5'
    end function checkpoint_name
 
-   !> The text in front of a checkpoint.
+   !> The seal in front of a checkpoint.
    pure function seal_text(format, program, bytes, digits) result(text)
       character(len=*), intent(in) :: format, program, digits
       integer(i8), intent(in) :: bytes
@@ -47,8 +47,8 @@ contains
       text(last + 1:) = text_checksum(text(:last))//newline
    end function seal_text
 
-   !> Collective: `<path>.part`, an HDF5 file with room in front, gets its seal and, once all of it is on the
-   !> disk, its name.
+   !> Collective: write the seal of `<path>.part`, an HDF5 file with room in front, and once all of it is on
+   !> the disk give it its final name.
    subroutine seal_checkpoint(communicator, path, error)
       type(communicator_t), intent(in) :: communicator
       character(len=*), intent(in) :: path
@@ -81,9 +81,9 @@ contains
       call communicator%agree(error)
    end subroutine seal_checkpoint
 
-   !> Collective: the newest whole checkpoint of a directory. Newer ones that are damaged are passed over;
-   !> `note` tells of them (empty: there are none). No checkpoint and one of another format are errors of
-   !> input, nothing but damaged ones of files.
+   !> Collective: find the latest complete checkpoint of a directory. Newer ones that are damaged are skipped;
+   !> `note` lists them (empty: none). No checkpoint, or one of another format, is an input error; only
+   !> damaged ones are a file error.
    subroutine find_checkpoint(communicator, directory, path, note, error)
       type(communicator_t), intent(in) :: communicator
       character(len=*), intent(in) :: directory
@@ -122,7 +122,7 @@ contains
                                  ': it holds no complete checkpoint; '//newest)
    end subroutine find_checkpoint
 
-   !> Collective: what is wrong with a file, in words that go after its name; empty when it is whole.
+   !> Collective: the fault of a file, in words that follow its name; empty if it is complete.
    subroutine judge(communicator, path, fault, error)
       type(communicator_t), intent(in) :: communicator
       character(len=*), intent(in) :: path
@@ -175,7 +175,7 @@ contains
       end if
    end subroutine judge
 
-   !> What stands behind a word at the beginning of a line; empty where no line begins so.
+   !> The text after a word at the beginning of a line; empty if no line begins with it.
    pure function value_of(seal, word) result(value)
       character(len=*), intent(in) :: seal, word
       character(len=:), allocatable :: value
@@ -188,7 +188,7 @@ contains
       if (last > 1) value = seal(first:first + last - 2)
    end function value_of
 
-   !> Collective: the length of a file as rank 0 sees it; -1 where it is not there.
+   !> Collective: the length of a file as seen by rank 0; -1 if it does not exist.
    integer(i8) function size_of(communicator, path) result(bytes)
       type(communicator_t), intent(in) :: communicator
       character(len=*), intent(in) :: path
@@ -197,8 +197,8 @@ contains
       bytes = communicator%sum_count(bytes)
    end function size_of
 
-   !> One rank: remove what was begun of files in a directory, what MPI had beside it, and what is left of
-   !> locks of dead runs; what is whole stays.
+   !> One rank: remove incomplete files from a directory, with MPI's auxiliary files, and the remains of stale
+   !> locks; complete files stay.
    subroutine remove_parts(directory)
       character(len=*), intent(in) :: directory
       character(len=100), parameter :: begun(*) = [character(len=100) :: any_checkpoint//'.part*', &
@@ -215,7 +215,7 @@ contains
       end do
    end subroutine remove_parts
 
-   !> One rank: remove the checkpoints of a directory but for those to be kept (paths; may be empty).
+   !> One rank: remove the checkpoints of a directory except those to be kept (paths; may be empty).
    subroutine remove_checkpoints(directory, keep, keep_too)
       character(len=*), intent(in) :: directory, keep, keep_too
       type(path_t), allocatable :: paths(:)

@@ -1,4 +1,4 @@
-!> The particles in a checkpoint: a table for each field, and the bounds of the blocks that hold them
+!> The particles in a checkpoint: a table for each field, and the bounds of the blocks that contain them
 !> (doc/developer/files.md).
 module m_checkpoint_particles
    use, intrinsic :: iso_c_binding, only: c_loc
@@ -15,11 +15,11 @@ module m_checkpoint_particles
    private
    public :: put_bounds, put_particles, get_particles
 
-   integer, parameter, public :: own_columns = 3 !< of a particle besides its fields: id, body, bin
+   integer, parameter, public :: own_columns = 3 !< of a particle, in addition to its fields: id, body, bin
 
 contains
 
-   !> Each rank the bounds of its own blocks.
+   !> Each rank writes the bounds of its own blocks.
    subroutine put_bounds(file, blocks, error)
       type(hdf5_file_t), intent(in) :: file
       type(block_table_t), intent(in), target :: blocks
@@ -30,7 +30,8 @@ contains
                          some_rows(int(blocks%first - 1, i8), blocks%own), c_loc(values), error)
    end subroutine put_bounds
 
-   !> Collective: a table for each field, and one for id, body and bin; each rank one stretch of rows.
+   !> Collective: write a table for each field, and one for id, body and bin; each rank writes one range of
+   !> rows.
    subroutine put_particles(file, model, blocks, error)
       type(hdf5_file_t), intent(in) :: file
       type(model_t), intent(in) :: model
@@ -90,7 +91,7 @@ contains
       end do
    end subroutine pack_field
 
-   !> Collective: the particles of this rank's blocks, wherever they stand in the file, in their order.
+   !> Collective: read the particles of this rank's blocks, wherever they are in the file, in their order.
    subroutine get_particles(file, model, blocks, error)
       type(hdf5_reader_t), intent(in) :: file
       type(model_t), intent(inout) :: model
@@ -142,7 +143,7 @@ contains
       end do
    end subroutine get_particles
 
-   !> This rank's blocks in the order of the file, and the rows of their particles.
+   !> This rank's blocks in the order of the file, and the row ranges of their particles.
    subroutine list_own(model, blocks, level, number, where_from)
       type(model_t), intent(in) :: model
       type(block_table_t), intent(in) :: blocks

@@ -1,4 +1,4 @@
-!> What a run says while it runs: on standard output and in its log, from rank 0.
+!> Console output and log of a run, from rank 0.
 module m_console
    use, intrinsic :: iso_fortran_env, only: output_unit
    use m_kinds, only: wp
@@ -10,14 +10,14 @@ module m_console
    implicit none
    private
 
-   real(wp), parameter :: progress_every = 1.0_wp ! s between two lines
+   real(wp), parameter :: progress_every = 1.0_wp ! s between two progress lines
    real(wp), parameter :: memory = 10.0_wp        ! s over which the pace is averaged
 
    type :: line_t
       character(len=:), allocatable :: text
    end type line_t
 
-   !> The console. Lines said before the log is open are kept and stand in it too.
+   !> The console. Lines written before the log is open are kept and copied to it.
    type, public :: console_t
       private
       logical :: speaks = .false.
@@ -25,7 +25,7 @@ module m_console
       integer :: unit = 0
       type(line_t), allocatable :: earlier(:)
       real(wp) :: began = 0.0_wp       ! wall time, s
-      real(wp) :: worked = 0.0_wp      ! of the processor by then, s
+      real(wp) :: worked = 0.0_wp      ! processor time by then, s
       real(wp) :: last_wall = 0.0_wp   ! of the last progress line
       real(wp) :: last_time = 0.0_wp   ! physical time then, s
       integer :: last_step = -1        ! -1: no step seen yet
@@ -45,7 +45,7 @@ module m_console
 
 contains
 
-   !> Begin to speak (rank 0 only); the clock of the run starts here.
+   !> Start the console (rank 0 only) and the wall clock of the run.
    subroutine start(self, communicator)
       class(console_t), intent(out) :: self
       type(communicator_t), intent(in) :: communicator
@@ -56,9 +56,8 @@ contains
       allocate (self%earlier(0))
    end subroutine start
 
-   !> Collective: from here on write everything to the log too, at once line by line, what was said before
-   !> included. With `resume` it goes on below what is there. All ranks leave with the same error
-   !> (exit_files).
+   !> Collective: from here on write everything to the log too, line by line without delay, including the
+   !> lines so far. With `resume` the log is appended to. All ranks return with the same error (exit_files).
    subroutine open_log(self, communicator, path, error, resume)
       class(console_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -90,7 +89,7 @@ contains
       call communicator%agree(error)
    end subroutine open_log
 
-   !> Say one line.
+   !> Write one line.
    subroutine line(self, text)
       class(console_t), intent(inout) :: self
       character(len=*), intent(in) :: text
@@ -103,7 +102,7 @@ contains
       end if
    end subroutine line
 
-   !> Several lines, each ended by new_line.
+   !> Write several lines, each ended by new_line.
    subroutine lines(self, text)
       class(console_t), intent(inout) :: self
       character(len=*), intent(in) :: text
@@ -117,8 +116,8 @@ contains
       end do
    end subroutine lines
 
-   !> Called every step; says where the run is, at most once a second. The energy balance error is relative (a
-   !> pure number).
+   !> Called every step; prints a progress line at most once a second. The energy balance error is relative
+   !> (dimensionless).
    subroutine progress(self, step, time, end_time, balance_error)
       class(console_t), intent(inout) :: self
       integer, intent(in) :: step
@@ -151,8 +150,8 @@ contains
       self%last_time = time
    end subroutine progress
 
-   !> The closing words: how it ended, what was done, and lines of the caller (for instance those of the cost
-   !> report).
+   !> The closing summary: how the run ended, its steps and time, and lines of the caller (for instance those
+   !> of the cost report).
    subroutine summary(self, outcome, step, time, lines)
       class(console_t), intent(inout) :: self
       character(len=*), intent(in) :: outcome  !< how the run ended, one sentence
@@ -175,7 +174,7 @@ contains
       elapsed = wall_time() - self%began
    end function elapsed
 
-   !> Time that the processor has worked for this rank since start (s).
+   !> Processor time of this rank since start (s).
    real(wp) function processor(self)
       class(console_t), intent(in) :: self
       processor = processor_time() - self%worked
@@ -189,8 +188,7 @@ contains
       self%speaks = .false.
    end subroutine finish
 
-   !> A line to a unit, at once. A full disk under the log must not end the run, so the status is not looked
-   !> at.
+   !> Write a line to a unit and flush it. A full disk must not end the run, so the status is ignored.
    subroutine put(unit, text)
       integer, intent(in) :: unit
       character(len=*), intent(in) :: text
@@ -199,7 +197,7 @@ contains
       flush (unit, iostat=ignored)
    end subroutine put
 
-   !> A percentage with one digit behind the point.
+   !> A percentage with one decimal.
    pure function tenths(value) result(text)
       real(wp), intent(in) :: value
       character(len=:), allocatable :: text

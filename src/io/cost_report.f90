@@ -1,5 +1,5 @@
-!> Where the wall-clock time of a run went, by phase of the step, effect and level: a file, and lines for the
-!> closing summary.
+!> The wall-clock time of a run by phase of the step, effect and level: a file, and lines for the closing
+!> summary.
 module m_cost_report
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -15,16 +15,15 @@ module m_cost_report
    integer, parameter, public :: cost_line_length = 400
    integer, parameter :: columns = 7 !< of the table, before those of levels
 
-   !> What the report is about.
+   !> The data of the report.
    type, public :: cost_t
-      type(timers_t) :: timers             !< of this rank, nothing running; the same rows on all ranks
-      integer(i8) :: particle_steps = 0_i8 !< of all ranks over the run
+      type(timers_t) :: timers             !< of this rank, all stopped; the same rows on all ranks
+      integer(i8) :: particle_steps = 0_i8 !< of all ranks during the run
       integer(i8), allocatable :: level_steps(:) !< of these, those on each level; may be absent
       character(len=history_text_length), allocatable :: notes(:) !< `name=value`, for the head of the file;
                                                                   !< may be absent
       real(wp) :: elapsed = 0.0_wp         !< wall-clock time of the run, s
-      real(wp) :: processor = 0.0_wp       !< time of that in which this rank's processor worked for it, s;
-                                           !< 0: not measured
+      real(wp) :: processor = 0.0_wp       !< processor time of this rank within that, s; 0: not measured
       real(wp) :: time = 0.0_wp            !< physical time reached, s
    end type cost_t
 
@@ -32,8 +31,8 @@ contains
 
    !> Collective: write `path` (no file if it is empty), and give every rank the lines of a table. A row's
    !> cost per particle-step (ns) is the time of all ranks together over all particle-steps; its share is of
-   !> the elapsed time. Where there are several levels, each has two columns more: seconds, and ns per
-   !> particle-step of its own.
+   !> the elapsed time. With several levels, each has two more columns: seconds, and ns per particle-step of
+   !> the level.
    subroutine write_cost_report(communicator, cost, path, lines, error)
       type(communicator_t), intent(in) :: communicator
       type(cost_t), intent(in) :: cost
@@ -55,7 +54,7 @@ contains
       call communicator%agree(error)
    end subroutine write_cost_report
 
-   !> Rows of the report: those of the timers, what none of them covers, all.
+   !> Number of rows of the report: those of the timers, the remainder, the total.
    pure integer function rows_of(cost) result(rows)
       type(cost_t), intent(in) :: cost
       rows = size(cost%timers%seconds) + 2
@@ -90,7 +89,7 @@ contains
       if (level_count(cost) > 0) call p2g_levels(communicator, cost, values)
    end subroutine gather
 
-   !> The columns of the levels. What no level is charged with (output, balance) stands in none of them.
+   !> Fill the columns of the levels. Time that belongs to no level (output, balance) is in none of them.
    subroutine p2g_levels(communicator, cost, values)
       type(communicator_t), intent(in) :: communicator
       type(cost_t), intent(in) :: cost
@@ -110,7 +109,7 @@ contains
       end do
    end subroutine p2g_levels
 
-   !> Levels to speak of: 0 where there is only one.
+   !> Number of levels to report: 0 if there is only one.
    pure integer function level_count(cost) result(levels)
       type(cost_t), intent(in) :: cost
       levels = 0
@@ -156,7 +155,7 @@ contains
       if (allocated(cost%notes)) head%notes = [head%notes, cost%notes]
    end function header
 
-   !> The table for people.
+   !> The table as text.
    subroutine make_lines(communicator, cost, values, lines)
       type(communicator_t), intent(in) :: communicator
       type(cost_t), intent(in) :: cost
@@ -166,7 +165,7 @@ contains
       rows = size(values, 2)
       n = 0
       do r = 1, rows
-         if (values(4, r) <= 0.0_wp .and. r < rows) cycle ! a phase this run does not have
+         if (values(4, r) <= 0.0_wp .and. r < rows) cycle ! a phase that this run does not have
          n = n + 1
          shown(n) = r
       end do
@@ -193,8 +192,8 @@ contains
          call add_level_lines(cost, values(:, shown(:n)), shown(:n), lines(n + 3 + level_count(cost):))
    end subroutine make_lines
 
-   !> Collective: one line more, in which share of the time the processors worked for the run. Other jobs had
-   !> them for the rest, or it waited for files.
+   !> Collective: one more line, with the share of the time in which the processors worked for the run. The
+   !> rest went to other jobs or to waiting for files.
    subroutine add_processor(communicator, cost, lines)
       type(communicator_t), intent(in) :: communicator
       type(cost_t), intent(in) :: cost
@@ -212,7 +211,7 @@ contains
    !> The same rows by level: seconds (mean of the ranks), and ns per particle-step of the level.
    subroutine add_level_lines(cost, values, shown, lines)
       type(cost_t), intent(in) :: cost
-      real(wp), intent(in) :: values(:, :) !< those of the rows that are shown
+      real(wp), intent(in) :: values(:, :) !< of the rows that are shown
       integer, intent(in) :: shown(:)
       character(len=cost_line_length), intent(out) :: lines(:) !< one more than rows
       integer :: l, r

@@ -11,7 +11,7 @@ module m_figures
 
    type, public :: figures_t
       character(len=:), allocatable, private :: members
-      character(len=:), allocatable, private :: list, items !< the list that is being made: its name, objects
+      character(len=:), allocatable, private :: list, items !< the list under construction: its name, objects
    contains
       procedure :: number
       procedure :: words
@@ -49,7 +49,7 @@ contains
       if (status /= 0) call self%words(note(:equals - 1), trim(note(equals + 1:)))
    end subroutine fact
 
-   !> One object more of a list of this name, which is ended by the next list or by writing.
+   !> Add an object to the list of this name, which is closed by the next list or by writing.
    subroutine item(self, name, figures)
       class(figures_t), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -82,7 +82,7 @@ contains
       self%members = before//'  "'//name//'": '//value
    end subroutine add
 
-   !> As it stands between the quotes of JSON.
+   !> Escaped for a JSON string.
    pure function escaped(text) result(safe)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: safe

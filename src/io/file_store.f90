@@ -60,7 +60,7 @@ contains
       end if
    end subroutine move
 
-   !> One stretch of rows; none where it is empty.
+   !> One range of rows; no range if it is empty.
    pure type(file_layout_t) function some_rows(before, rows) result(layout)
       integer(i8), intent(in) :: before
       integer, intent(in) :: rows

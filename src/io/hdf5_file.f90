@@ -1,5 +1,5 @@
-!> One HDF5 file that all ranks write together: tables of rows spread over the ranks, and attributes. Every
-!> procedure is collective, does nothing once an error stands, and leaves with the same error on all ranks.
+!> One HDF5 file written by all ranks together: tables of rows distributed over the ranks, and attributes.
+!> Every procedure is collective, does nothing after an error, and returns with the same error on all ranks.
 module m_hdf5_file
    use, intrinsic :: iso_c_binding, only: c_ptr
    use mpi_f08
@@ -17,10 +17,10 @@ module m_hdf5_file
    integer, parameter :: rows_of_real = 1, rows_of_long = 2, rows_of_byte = 3 !< number types of a table:
                                                                               !< double, int64, uint8
 
-   ! more than HDF5 takes for itself: names, attributes, groups
+   ! upper bound of HDF5's own data: names, attributes, groups
    integer(i8), parameter, public :: own_bytes = 65536_i8
 
-   !> A file being written. It stands as `<path>.part` until `finish`.
+   !> A file being written, named `<path>.part` until `finish`.
    type, public :: hdf5_file_t
       character(len=:), allocatable, private :: path
       type(communicator_t), private :: communicator
@@ -38,8 +38,8 @@ module m_hdf5_file
 
 contains
 
-   !> Begin the file at `path`, whose tables will hold `bytes` (the disk is asked for that much at once).
-   !> After an error nothing is left to finish. `front` bytes at its beginning are left to the caller.
+   !> Create the file at `path`, whose tables will hold `bytes` (this disk space is reserved at once). After
+   !> an error there is nothing to finish. `front` bytes at its beginning are left to the caller.
    subroutine create(self, communicator, path, bytes, error, front)
       class(hdf5_file_t), intent(out) :: self
       type(communicator_t), intent(in) :: communicator
@@ -71,7 +71,7 @@ contains
       if (error%happened()) call self%finish(error)
    end subroutine create
 
-   !> Make a group, for instance `/VTKHDF/PointData`.
+   !> Create a group, for instance `/VTKHDF/PointData`.
    subroutine make_group(self, name, error)
       class(hdf5_file_t), intent(in) :: self
       character(len=*), intent(in) :: name
@@ -84,14 +84,13 @@ contains
       call self%settle(status, 'group '//name, error)
    end subroutine make_group
 
-   !> Write a table: `total` rows of `width` numbers, of which this rank gives those that `where_to` says.
-   !> `numbers` is the address of (width, local rows), contiguous, in file order.
+   !> Write a table: `total` rows of `width` numbers, of which this rank writes those in `where_to`. `numbers`
+   !> is the address of (width, local rows), contiguous, in file order.
    subroutine put_rows(self, name, kind, extent, where_to, numbers, error)
       class(hdf5_file_t), intent(in) :: self
       character(len=*), intent(in) :: name
       integer, intent(in) :: kind         !< rows_of_real, rows_of_long or rows_of_byte
-      integer(i8), intent(in) :: extent(2) !< width and total rows; a width of 1 makes a table of one
-                                           !< dimension
+      integer(i8), intent(in) :: extent(2) !< width and total rows; a width of 1 gives a one-dimensional table
       type(file_layout_t), intent(in) :: where_to
       type(c_ptr), intent(in) :: numbers
       type(error_t), intent(inout) :: error
@@ -100,7 +99,7 @@ contains
       if (error%happened()) return
       data = -1_hid_t
       call make_spaces(extent, where_to, file_space, memory_space, status)
-      ! before each of HDF5's collective calls: a rank left alone in one waits for ever
+      ! before each of HDF5's collective calls: a rank alone in one would wait forever
       call self%settle(status, 'table '//name, error)
       if (.not. error%happened()) then
          call h5dcreate_f(self%file, name, number_type(kind), file_space, data, status)
@@ -138,7 +137,7 @@ contains
       call self%settle(status, 'attribute '//name, error)
    end subroutine put_real
 
-   !> An attribute of whole numbers, one or more.
+   !> An attribute of one or more integers.
    subroutine put_integers(self, object, name, values, error)
       class(hdf5_file_t), intent(in) :: self
       character(len=*), intent(in) :: object, name
@@ -193,8 +192,8 @@ contains
       call self%settle(status, 'attribute '//name, error)
    end subroutine put_text
 
-   !> Close the file and give it its name; after an error, remove it. All ranks must come here once `create`
-   !> went well.
+   !> Close the file and rename it; after an error, remove it. All ranks must call this after a successful
+   !> `create`.
    subroutine finish(self, error)
       class(hdf5_file_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
@@ -202,14 +201,14 @@ contains
       integer(hid_t) :: file
       integer :: status, ignored
       status = 0
-      ! closing needs room on a full disk
+      ! closing needs space on a full disk
       if (error%happened() .and. self%communicator%is_root()) call empty_part(self%path)
       if (self%transfer >= 0) call h5pclose_f(self%transfer, ignored)
       if (self%file >= 0) call h5fclose_f(self%file, status)
       if (.not. error%happened()) then
          call self%settle(status, 'the file cannot be closed', error)
          if (self%communicator%is_root() .and. .not. error%happened()) then
-            ! finds a file that the disk cut short
+            ! detects a file truncated by a full disk
             call h5fopen_f(part_name(self%path), H5F_ACC_RDONLY_F, file, status)
             if (status >= 0) call h5fclose_f(file, status)
             hint = ''
@@ -226,7 +225,7 @@ contains
       call finish_shared_part(self%communicator, self%path, -1_i8, error)
    end subroutine finish
 
-   !> Collective: a negative HDF5 status on any rank becomes one error on all of them.
+   !> Collective: turn a negative HDF5 status on any rank into one error on all of them.
    subroutine settle(self, status, what, error)
       class(hdf5_file_t), intent(in) :: self
       integer, intent(in) :: status
@@ -237,8 +236,8 @@ contains
       call self%communicator%agree(error)
    end subroutine settle
 
-   !> The selection of this rank's rows in the file, and the space of its numbers in memory. Spaces not made
-   !> are negative.
+   !> The selection of this rank's rows in the file, and the space of its numbers in memory. Unused spaces are
+   !> negative.
    subroutine make_spaces(extent, where_to, file_space, memory_space, status)
       integer(i8), intent(in) :: extent(2)
       type(file_layout_t), intent(in) :: where_to
@@ -249,7 +248,7 @@ contains
       file_space = -1_hid_t
       memory_space = -1_hid_t
       rank = merge(1, 2, extent(1) == 1)
-      first = 3 - rank ! of the two extents, the first one that counts
+      first = 3 - rank ! of the two extents, the first one in use
       total = int(extent, hsize_t)
       local = int([extent(1), sum(int(where_to%count, i8))], hsize_t)
       call h5screate_simple_f(rank, total(first:), file_space, status)

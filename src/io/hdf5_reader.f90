@@ -1,5 +1,5 @@
-!> One HDF5 file that all ranks read together: the tables that m_hdf5_file writes. Every procedure is
-!> collective, does nothing once an error stands, and leaves with the same error on all ranks.
+!> One HDF5 file read by all ranks together: the tables that m_hdf5_file writes. Every procedure is
+!> collective, does nothing after an error, and returns with the same error on all ranks.
 module m_hdf5_reader
    use, intrinsic :: iso_c_binding, only: c_ptr
    use mpi_f08
@@ -28,7 +28,7 @@ module m_hdf5_reader
 
 contains
 
-   !> Open a file. After an error nothing is left to close.
+   !> Open a file. After an error there is nothing to close.
    subroutine open_file(self, communicator, path, error)
       class(hdf5_reader_t), intent(out) :: self
       type(communicator_t), intent(in) :: communicator
@@ -53,7 +53,7 @@ contains
       if (error%happened()) call self%close()
    end subroutine open_file
 
-   !> Width and rows of a table; zeros where there is none of that name.
+   !> Width and rows of a table; zeros if there is none of that name.
    subroutine find_extent(self, name, extent, error)
       class(hdf5_reader_t), intent(in) :: self
       character(len=*), intent(in) :: name
@@ -84,8 +84,8 @@ contains
       call self%settle(status, 'table '//name, error)
    end subroutine find_extent
 
-   !> Read the rows that `where_to` says of a table that has this extent (width, rows) to `numbers`, (width,
-   !> local rows).
+   !> Read the rows in `where_to` of a table with this extent (width, rows) into `numbers`, (width, local
+   !> rows).
    subroutine get_rows(self, name, kind, extent, where_to, numbers, error)
       class(hdf5_reader_t), intent(in) :: self
       character(len=*), intent(in) :: name
@@ -108,7 +108,7 @@ contains
       if (error%happened() .or. extent(2) == 0) return
       call make_spaces(extent, where_to, file_space, memory_space, status)
       if (status >= 0) call h5dopen_f(self%file, name, data, status)
-      call self%settle(status, 'table '//name, error) ! a rank left alone in a collective read waits for ever
+      call self%settle(status, 'table '//name, error) ! a rank alone in a collective read would wait forever
       if (.not. error%happened()) &
          call h5dread_f(data, number_type(kind), place, status, memory_space, file_space, self%transfer)
       if (data >= 0) call h5dclose_f(data, ignored)
@@ -126,7 +126,7 @@ contains
       self%file = -1_hid_t
    end subroutine close_file
 
-   !> Collective: a negative HDF5 status on any rank becomes one error on all of them.
+   !> Collective: turn a negative HDF5 status on any rank into one error on all of them.
    subroutine settle(self, status, what, error)
       class(hdf5_reader_t), intent(in) :: self
       integer, intent(in) :: status

@@ -1,6 +1,5 @@
 !> Snapshots in HDF5, laid out as VTKHDF (version 1.0, unstructured grid of one vertex cell a particle), which
-!> ParaView and VTK open as they are. Doubles and 64-bit ids; every table says its unit in an attribute
-!> `unit`.
+!> ParaView and VTK open directly. Doubles and 64-bit ids; every table has its unit in an attribute `unit`.
 module m_hdf5_snapshot
    use, intrinsic :: iso_c_binding, only: c_loc, c_null_ptr, c_ptr
    use, intrinsic :: iso_fortran_env, only: int8
@@ -15,7 +14,7 @@ module m_hdf5_snapshot
    public :: write_hdf5_snapshot
 
    integer(int8), parameter :: vertex_cell = 1_int8 ! VTK_VERTEX
-   character(len=*), parameter :: top = '/VTKHDF', pure_number = '1' ! the unit of what has none
+   character(len=*), parameter :: top = '/VTKHDF', pure_number = '1' ! unit of dimensionless tables
 
    type, extends(snapshot_format_t), public :: hdf5_snapshot_t
    contains
@@ -74,21 +73,21 @@ contains
       call file%finish(error)
    end subroutine write_hdf5_snapshot
 
-   !> Bytes of the file, about.
+   !> Estimated size of the file, bytes.
    integer(i8) function file_bytes(self, snapshot) result(bytes)
       class(hdf5_snapshot_t), intent(in) :: self
       type(snapshot_t), intent(in) :: snapshot
       bytes = own_bytes + table_bytes(snapshot)
    end function file_bytes
 
-   !> Bytes of all tables: coordinates, id, fields; connectivity, offset and type of the cells. Levels are
-   !> few.
+   !> Bytes of all tables: coordinates, id, fields; connectivity, offset and type of the cells. Tables of
+   !> levels are small.
    pure integer(i8) function table_bytes(snapshot)
       type(snapshot_t), intent(in) :: snapshot
       table_bytes = snapshot%n_total*(8*(3 + 1 + sum(snapshot%fields(:)%components)) + 8 + 8 + 1)
    end function table_bytes
 
-   !> Attributes of the file, and the groups.
+   !> Write attributes of the file, and the groups.
    subroutine put_header(file, snapshot, error)
       type(hdf5_file_t), intent(in) :: file
       type(snapshot_t), intent(in) :: snapshot
@@ -105,8 +104,7 @@ contains
       call file%make_group(top//'/FieldData', error)
    end subroutine put_header
 
-   !> The grid's bookkeeping and the time: nothing in it depends on who owns a particle, so each rank writes
-   !> an even share.
+   !> Cells of the grid and the time: independent of the particles' owners, so each rank writes an even share.
    subroutine put_cells(file, communicator, n_total, error)
       type(hdf5_file_t), intent(in) :: file
       type(communicator_t), intent(in) :: communicator
@@ -133,7 +131,7 @@ contains
       call put_single(file, communicator, 'NumberOfConnectivityIds', n_total, error)
    end subroutine put_cells
 
-   !> A table of one whole number, from rank 0.
+   !> A table of one integer, from rank 0.
    subroutine put_single(file, communicator, name, value, error)
       type(hdf5_file_t), intent(in) :: file
       type(communicator_t), intent(in) :: communicator
@@ -229,7 +227,7 @@ contains
       call file%put_text(name, 'components', components, error)
    end subroutine put_field
 
-   !> A table of reals from (n_local, components) in memory order: these columns, in this order.
+   !> A table of reals from (n_local, components) in memory order: the given columns, in the given order.
    subroutine put_table(file, name, where_to, values, columns, n_total, error)
       type(hdf5_file_t), intent(in) :: file
       character(len=*), intent(in) :: name
@@ -238,7 +236,7 @@ contains
       integer, intent(in) :: columns(:)
       integer(i8), intent(in) :: n_total
       type(error_t), intent(inout) :: error
-      integer, parameter :: at_once = 512 ! their rows stay in the nearest cache
+      integer, parameter :: at_once = 512 ! their rows stay in the first-level cache
       real(wp), allocatable, target :: rows(:, :)
       type(c_ptr) :: address
       integer :: c, first, last, p
@@ -256,7 +254,7 @@ contains
       call file%put_rows(name, rows_of_real, [int(size(columns), i8), n_total], where_to, address, error)
    end subroutine put_table
 
-   !> Rows `first` (0-based) to `first + count - 1`, in one piece.
+   !> Rows `first` (0-based) to `first + count - 1`, as one range.
    pure function one_run(first, count) result(where_to)
       integer(i8), intent(in) :: first, count
       type(file_layout_t) :: where_to

@@ -1,9 +1,9 @@
-!> Curves over time: one Tecplot zone in point packing, which numpy.loadtxt reads once the header is skipped.
+!> Time histories: one Tecplot zone in point packing, which numpy.loadtxt reads if the header is skipped.
 !>
-!> A curve has its name from the beginning and grows by whole rows, about once a second, so that it can be
-!> read while the run goes on or after it was killed. Systems show a file that grows page by page: a row after
-!> which no other one fits on its page is filled up with blanks, so that a page ends with a line, and a reader
-!> never sees a part of one. A run that is taken up again carries over the rows of it.
+!> A history has its final name from the beginning and grows by whole rows, about once a second, so that it
+!> can be read during the run or after it was killed. Systems show a growing file page by page: a row after
+!> which the next one would not fit on its page is padded with blanks, so that a page ends with a line, and
+!> concurrent readers never see a partial row. A continued run carries over its rows.
 module m_history
    use m_kinds, only: wp, i8
    use m_constants, only: exit_files, exit_numerical
@@ -26,7 +26,7 @@ module m_history
    real(wp), parameter :: flush_every = 1.0_wp ! s
    character(len=*), parameter :: value_format = '(*(1x,es24.16e3))'
 
-   !> What stands above the rows.
+   !> The header above the rows.
    type, public :: history_header_t
       character(len=:), allocatable :: title
       character(len=:), allocatable :: zone
@@ -35,10 +35,10 @@ module m_history
       character(len=history_text_length), allocatable :: notes(:) !< `name=value`, facts that hold for all
                                                                   !< rows; may be absent
       integer :: strand = 1
-      real(wp) :: solution_time = 0.0_wp !< s, of the start of the curve
+      real(wp) :: solution_time = 0.0_wp !< s, at the start of the history
    end type history_header_t
 
-   !> A curve being written. Only rank 0 has a file; its errors are for the caller to agree on.
+   !> A history being written. Only rank 0 has a file; the caller makes its errors common to all ranks.
    type, public :: history_t
       private
       character(len=:), allocatable :: path
@@ -47,7 +47,7 @@ module m_history
       integer :: columns = 0
       integer :: rows = 0
       integer(i8) :: head = 0 !< bytes before the first row
-      integer(i8) :: count_at = 0 !< byte of the header at which the number of rows stands
+      integer(i8) :: count_at = 0 !< byte of the header at which the number of rows begins
       real(wp) :: flushed = 0.0_wp
    contains
       procedure :: open => open_history
@@ -60,9 +60,9 @@ module m_history
 
 contains
 
-   !> Collective: begin `path`. What an earlier run left under that name is replaced; with `keep_until` its
-   !> rows up to that time (s, first column) are carried over, or those of the curve `from`. Whenever the
-   !> program is killed meanwhile, the old rows are there. All ranks leave with the same error (exit_files).
+   !> Collective: open `path`. A file of this name from an earlier run is replaced; with `keep_until` its rows
+   !> up to that time (s, first column) are carried over, or those of the history `from`. If the program is
+   !> killed meanwhile, the old rows are still there. All ranks return with the same error (exit_files).
    subroutine open_history(self, communicator, path, header, error, keep_until, from)
       class(history_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -96,7 +96,7 @@ contains
       call communicator%agree(error)
    end subroutine open_history
 
-   !> Hand to the system the rows that wait. Nothing happens on the other ranks; rank 0 may get an error.
+   !> Write the buffered rows to the file. No action on other ranks; rank 0 may get an error.
    subroutine flush_rows(self, error)
       class(history_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
@@ -107,7 +107,8 @@ contains
       self%flushed = wall_time()
    end subroutine flush_rows
 
-   !> The number of rows in the header, which is never larger than what is there: I= of the zone.
+   !> Update the number of rows in the header, I= of the zone, which is never larger than the number in the
+   !> file.
    subroutine put_count(self, rows, error)
       type(history_t), intent(inout) :: self
       integer, intent(in) :: rows
@@ -130,7 +131,7 @@ contains
          'disk or file system')
    end subroutine sync
 
-   !> Add a row (as many values as columns). Nothing happens on the other ranks; rank 0 may get an error.
+   !> Append a row (as many values as columns). No action on other ranks; rank 0 may get an error.
    subroutine append(self, values, error)
       class(history_t), intent(inout) :: self
       real(wp), intent(in) :: values(:)
@@ -147,7 +148,7 @@ contains
       if (wall_time() - self%flushed > flush_every) call self%flush(error)
    end subroutine append
 
-   !> Remove the last rows again. Nothing happens on the other ranks; rank 0 may get an error.
+   !> Remove the last rows. No action on other ranks; rank 0 may get an error.
    subroutine take_back(self, rows, error)
       class(history_t), intent(inout) :: self
       integer, intent(in) :: rows
@@ -165,7 +166,8 @@ contains
       call self%file%take_back(self%file%bytes() - bytes, error)
    end subroutine take_back
 
-   !> Put a row, or the header, with the blanks that fill up its page if the next row does not fit on it.
+   !> Write a row, or the header, padded with blanks to the end of its page if the next row does not fit on
+   !> it.
    subroutine put_row(self, line, error)
       class(history_t), intent(inout) :: self
       character(len=*), intent(in) :: line
@@ -182,14 +184,15 @@ contains
       row_length = value_width*self%columns + 1_i8
    end function row_length
 
-   !> How many blanks fill up a page on which the next row of so many bytes does not fit.
+   !> Number of blanks to pad a page on which the next row does not fit.
    pure integer(i8) function blanks_after(bytes, length)
       integer(i8), intent(in) :: bytes, length
       blanks_after = modulo(-bytes, page)
       if (length <= blanks_after .or. length > page) blanks_after = 0
    end function blanks_after
 
-   !> End the curve, also where the run ends early. If a row could not be written it ends with the row before.
+   !> Close the history, also if the run ends early. If a row could not be written it ends with the row
+   !> before.
    subroutine close_history(self, error)
       class(history_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
@@ -229,7 +232,7 @@ contains
       self%rows = 0
    end subroutine put_header
 
-   !> A name as Tecplot wants it: letters, digits and underscores.
+   !> A valid Tecplot name: letters, digits and underscores.
    pure function identifier(text) result(name)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: name
@@ -242,7 +245,7 @@ contains
       end do
    end function identifier
 
-   !> Copy the rows of an earlier curve up to a time (with a little room for rounding).
+   !> Copy the rows of an earlier history up to a time (with a tolerance for round-off).
    subroutine carry_over(self, from, keep_until, error)
       type(history_t), intent(inout) :: self
       character(len=*), intent(in) :: from
@@ -259,7 +262,7 @@ contains
          if (status /= 0) exit
          last = len_trim(line)
          first = last - value_width*self%columns + 1
-         if (first < 1) cycle ! header, or torn
+         if (first < 1) cycle ! header, or a partial row
          if (line(:first - 1) /= '') cycle
          read (line(first:last), *, iostat=status) values
          if (status /= 0) cycle

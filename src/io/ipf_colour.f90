@@ -1,4 +1,4 @@
-!> Colours of orientations for pictures: the inverse pole figure of cubic crystals.
+!> Colours of orientations: the inverse pole figure of cubic crystals.
 module m_ipf_colour
    use m_kinds, only: wp
    use m_rotations, only: matrix_of
@@ -9,8 +9,8 @@ module m_ipf_colour
 
 contains
 
-   !> Where a snapshot has orientations, add the colour of the direction of the crystal that lies along z:
-   !> `ipf_colour`, red green blue from 0 to 1.
+   !> If a snapshot has orientations, add the colour of the crystal direction along z: `ipf_colour`, red green
+   !> blue from 0 to 1.
    subroutine add_ipf_colour(snapshot)
       type(snapshot_t), intent(inout) :: snapshot
       type(snapshot_field_t), allocatable :: fields(:)

@@ -1,5 +1,5 @@
-!> When a run keeps a checkpoint, which ones stay, and whether it ends with one: by its own times, by signals,
-!> by its wall limit.
+!> When a run writes a checkpoint, which checkpoints are kept, and whether the run ends with one: by its
+!> schedule, by signals, by its wall-clock limit.
 module m_keeper
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
@@ -18,25 +18,24 @@ module m_keeper
    private
    public :: keeper_t
 
-   real(wp), parameter :: slow_disk = 1.0e8_wp !< bytes a second: what no checkpoint has been timed for is
-                                               !< taken to need
+   real(wp), parameter :: slow_disk = 1.0e8_wp !< bytes a second: assumed until a checkpoint has been timed
 
    type :: keeper_t
       private
       type(checkpoint_spec_t) :: spec
-      logical :: writes = .false.               !< there is a directory
+      logical :: writes = .false.               !< there is an output directory
       logical :: root = .false.
       character(len=:), allocatable :: directory
-      character(len=:), allocatable :: last     !< path of the newest whole checkpoint here; empty: none
-      integer(i8) :: last_step = -1             !< of it
+      character(len=:), allocatable :: last     !< path of the latest complete checkpoint here; empty: none
+      integer(i8) :: last_step = -1             !< step of that checkpoint
       real(wp) :: end_time = 0.0_wp
-      real(wp) :: made = 0.0_wp                 !< so many multiples of `every` are behind
+      real(wp) :: made = 0.0_wp                 !< number of multiples of `every` passed
       integer :: row = phase_output             !< of the timers
       real(wp) :: began = 0.0_wp, last_wall = 0.0_wp !< s
-      real(wp) :: longest = 0.0_wp !< a checkpoint has taken, s; before the first, what it may take
-      logical :: measured = .false.             !< it is no guess
-      real(wp) :: asked_at = 0.0_wp, step = 0.0_wp !< when this rank was last asked, and the time between two
-                                                   !< such times, s
+      real(wp) :: longest = 0.0_wp !< longest time of a checkpoint, s; before the first an estimate
+      logical :: measured = .false.             !< `longest` is measured
+      real(wp) :: asked_at = 0.0_wp, step = 0.0_wp !< time of this rank's last request, and the time between
+                                                   !< two of them, s
    contains
       procedure :: start
       procedure :: request
@@ -49,14 +48,14 @@ module m_keeper
 
 contains
 
-   !> Collective: at the beginning of a run, or where it goes on from the checkpoint `last` (empty: not from
-   !> one in its directory). A run that does not go on from its directory removes the checkpoints there: they
-   !> are of another run.
+   !> Collective: at the start of a run, also of one continued from the checkpoint `last` (empty: not from its
+   !> own directory). A run that does not continue its directory's run removes the checkpoints there, which
+   !> belong to another run.
    subroutine start(self, scene, model, elapsed, last)
       class(keeper_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
       type(model_t), intent(inout) :: model
-      real(wp), intent(in) :: elapsed  !< s of the clock on the wall since the program began
+      real(wp), intent(in) :: elapsed  !< s of wall-clock time since the program started
       character(len=*), intent(in) :: last
       self%spec = scene%checkpoint
       self%writes = scene%output%present
@@ -67,7 +66,7 @@ contains
       self%last_wall = wall_time()
       self%began = self%last_wall - elapsed
       self%asked_at = self%last_wall
-      ! half, for twice the longest is kept free
+      ! half of it, since twice the longest time is kept free
       if (self%writes .and. self%spec%wall_limit > 0.0_wp) &
          self%longest = 0.5_wp*particle_bytes(model, model%communicator%sum_count(model%particle_count())) &
                         /slow_disk
@@ -80,7 +79,7 @@ contains
       call remove_parts(self%directory)
    end subroutine start
 
-   !> What this rank asks for before a step.
+   !> This rank's request before a step.
    integer function request(self)
       class(keeper_t), intent(inout) :: self
       type(called_off_t) :: by_signals
@@ -91,7 +90,7 @@ contains
       now = wall_time()
       if (self%spec%every_wall > 0.0_wp .and. now - self%last_wall >= self%spec%every_wall) &
          request = max(request, asks_checkpoint)
-      ! the longest, but one long ago counts less and less
+      ! the longest step, with a slowly decaying memory
       self%step = max(now - self%asked_at, 0.9_wp*self%step)
       self%asked_at = now
       if (self%spec%wall_limit > 0.0_wp .and. now - self%began + 2.0_wp*(self%step + self%longest) &
@@ -99,14 +98,15 @@ contains
          request = max(request, asks_end_limit)
    end function request
 
-   !> What may end the run in the middle of a step: a checkpoint has to be written before its limit.
+   !> The condition that may end the run in the middle of a step: a checkpoint must be written before the
+   !> wall-clock limit.
    type(called_off_t) function end_of_run(self)
       class(keeper_t), intent(in) :: self
       if (self%root .and. self%spec%wall_limit > 0.0_wp) &
          end_of_run%deadline = self%began + self%spec%wall_limit - 2.0_wp*self%longest
    end function end_of_run
 
-   !> Whether a checkpoint is to be written after this step.
+   !> True when a checkpoint must be written after this step.
    pure logical function is_due(self, model)
       class(keeper_t), intent(in) :: self
       type(model_t), intent(in) :: model
@@ -118,8 +118,7 @@ contains
       is_due = is_due .and. self%writes .and. model%step /= self%last_step
    end function is_due
 
-   !> Collective: after a step and all that it writes. `reason` says why the run is to end here; empty: it
-   !> goes on.
+   !> Collective: after a step and all its output. `reason`: why the run must end here; empty: it continues.
    subroutine keep(self, scene, model, balance, facts, recorder, reason, error, within)
       class(keeper_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
@@ -129,7 +128,7 @@ contains
       type(recorder_t), intent(inout) :: recorder
       character(len=:), allocatable, intent(out) :: reason
       type(error_t), intent(inout) :: error
-      logical, intent(in), optional :: within !< the step that follows was begun and left
+      logical, intent(in), optional :: within !< the next step was started and abandoned
       reason = ''
       if (error%happened()) return
       if (self%is_due(model)) call self%write(scene, model, balance, facts, recorder, error)
@@ -152,7 +151,7 @@ contains
       end if
    end subroutine keep
 
-   !> Collective: where a run with &checkpoint ends by a fault, its last good state, unless there is a
+   !> Collective: if a run with &checkpoint ends by an error, write its last good state, unless there is a
    !> checkpoint of it.
    subroutine keep_last(self, scene, model, balance, facts, recorder, error)
       class(keeper_t), intent(inout) :: self
@@ -166,7 +165,7 @@ contains
       call self%write(scene, model, balance, facts, recorder, error)
    end subroutine keep_last
 
-   !> Collective: a checkpoint; of those before, one stays.
+   !> Collective: write a checkpoint; of the older ones, one is kept.
    subroutine write_one(self, scene, model, balance, facts, recorder, error)
       class(keeper_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
@@ -187,7 +186,7 @@ contains
       self%last = path
       self%last_step = model%step
       if (self%spec%every > 0.0_wp) self%made = times_passed(self%spec%every, model%time)
-      if (.not. self%measured) self%longest = 0.0_wp ! that was a guess
+      if (.not. self%measured) self%longest = 0.0_wp ! it was an estimate
       self%measured = .true.
       self%longest = max(self%longest, wall_time() - self%last_wall)
       self%last_wall = wall_time()

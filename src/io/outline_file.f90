@@ -1,5 +1,5 @@
-!> Where the contact of a tool ends, at the time of a snapshot: a Tecplot zone of points, which count along J
-!> (VTK's reader gives nothing for a zone that is long in I alone).
+!> The edge of a tool's contact at the time of a snapshot: a Tecplot zone of points along J (VTK's reader
+!> returns nothing for a zone that is long in I alone).
 module m_outline_file
    use m_kinds, only: wp
    use m_errors, only: error_t
@@ -17,8 +17,8 @@ module m_outline_file
 
 contains
 
-   !> Collective: write `<directory>/outline_<tool>_<step>.dat`, if there are points. All ranks leave with the
-   !> same error (exit_files).
+   !> Collective: write `<directory>/outline_<tool>_<step>.dat`, if there are points. All ranks return with
+   !> the same error (exit_files).
    subroutine write_outline(communicator, directory, tool, title, time, step, outline, error)
       type(communicator_t), intent(in) :: communicator
       character(len=*), intent(in) :: directory, tool, title

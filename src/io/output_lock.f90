@@ -1,12 +1,12 @@
-!> The lock on an output directory, `run.lock`: one run at a time writes there, on all machines that share the
-!> file system.
+!> The lock on an output directory, `run.lock`: one run at a time writes there, across all machines that share
+!> the file system.
 !>
-!> The file appears whole, as a second name of a file of this run's own (link is one step on every file
-!> system, NFS too), and says who holds it. It needs no locks of the file system. A run touches it every half
-!> minute. A lock is dead, and taken over, where its process has gone from this machine; of another machine,
-!> whose processes cannot be seen from here, where it has not been touched for ten minutes. Both times are
-!> those of the file system's clock. A run that finds its lock in other hands (it was stopped for that long)
-!> ends without writing.
+!> The lock is created atomically, as a hard link to a file of this run (link is atomic on every file system,
+!> NFS too), and names its owner. No file-system locks are needed. A run touches it every half minute. A lock
+!> is stale, and taken over, if its owner process no longer exists on this machine; a lock of another machine,
+!> whose processes are not visible here, if it has not been touched for ten minutes. Both times are by the
+!> file system's clock. A run whose lock was taken over (because it was stopped for that long) ends without
+!> writing.
 module m_output_lock
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_null_char
    use m_kinds, only: wp
@@ -31,10 +31,10 @@ module m_output_lock
    character(len=*), parameter :: first_line = 'gimp3d output lock'
    character(len=1), parameter :: newline = achar(10)
 
-   !> Only rank 0 holds it; the other ranks know nothing of it.
+   !> Only rank 0 holds it; the other ranks have no state.
    type, public :: output_lock_t
-      character(len=:), allocatable :: note !< what was found and taken over; not there where there was
-                                            !< nothing
+      character(len=:), allocatable :: note !< the stale lock that was taken over; not allocated if there was
+                                            !< none
       real(wp) :: touch_every = touch_every         !< s
       character(len=:), allocatable, private :: directory, path, text
       logical, private :: held = .false.
@@ -47,14 +47,14 @@ module m_output_lock
    end type output_lock_t
 
    integer, parameter :: longest_path = 4096
-   character(kind=c_char) :: held_path(longest_path) = c_null_char !< the lock that this process holds; empty:
-                                                                   !< none
+   character(kind=c_char) :: held_path(longest_path) = c_null_char !< path of the lock that this process
+                                                                   !< holds; empty: none
 
 contains
 
-   !> Collective: take the lock of a directory, which is made where it is not there. Where a run that goes on
-   !> holds it all ranks leave with an error (exit_files), and nothing has been changed. Does nothing if it is
-   !> held already.
+   !> Collective: take the lock of a directory, which is created if it does not exist. If an active run holds
+   !> it all ranks return with an error (exit_files), and nothing has been changed. No action if it is held
+   !> already.
    subroutine take(self, communicator, directory, error)
       class(output_lock_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -69,7 +69,7 @@ contains
       call communicator%agree(error)
    end subroutine take
 
-   !> The same, of one rank.
+   !> The same, for one rank.
    subroutine take_alone(self, directory, error)
       type(output_lock_t), intent(inout) :: self
       character(len=*), intent(in) :: directory
@@ -103,8 +103,8 @@ contains
                                      ': other processes create and remove it repeatedly')
    end subroutine take_alone
 
-   !> Look who holds the lock: refuse if that is a run that goes on, else remove it. `mine` is a file written
-   !> just now.
+   !> Check the owner of the lock: refuse if its run is active, else remove the lock. `mine` is a file of this
+   !> run written just before.
    subroutine take_over(self, own, mine, error)
       class(output_lock_t), intent(inout) :: self
       type(process_t), intent(in) :: own
@@ -116,8 +116,8 @@ contains
       logical :: ok
       call read_file(self%path, longest, text, ok)
       age = time_of_file(mine) - time_of_file(self%path)
-      if (.not. ok .and. time_of_file(self%path) < 0) return ! it has gone meanwhile
-      self%held = ok .and. text == self%text ! the answer to the link was lost on its way
+      if (.not. ok .and. time_of_file(self%path) < 0) return ! removed meanwhile
+      self%held = ok .and. text == self%text ! the reply to the link was lost
       if (self%held) return
       other = process_in(text)
       who = 'a process that its lock does not name'
@@ -137,11 +137,10 @@ contains
       self%note = 'of '//who//' taken over: that run is dead'
    end subroutine take_over
 
-   !> Remove the lock that has this text. Somebody else may have done so just now, and have put one there that
-   !> is not dead.
+   !> Remove the lock with this text. Another run may have done so just before, and have created a valid one.
    subroutine remove_dead(path, text, aside)
       character(len=*), intent(in) :: path, text
-      character(len=*), intent(in) :: aside !< a name that nobody else uses
+      character(len=*), intent(in) :: aside !< a name that no other process uses
       character(len=:), allocatable :: found
       logical :: ok
       call rename_file(path, aside, ok)
@@ -151,7 +150,7 @@ contains
       call remove_file(aside, ok)
    end subroutine remove_dead
 
-   !> Called before each step: whether another run has taken the lock over. Every `touch_every` it is touched.
+   !> Called before each step: true if another run has taken the lock over. It is touched every `touch_every`.
    logical function is_lost(self)
       class(output_lock_t), intent(inout) :: self
       character(len=:), allocatable :: text
@@ -165,13 +164,13 @@ contains
          is_lost = text /= self%text
          if (.not. is_lost) call touch_file(self%path, ok)
       else if (time_of_file(self%path) < 0) then
-         call create_file(self%path, self%text, ok) ! somebody has removed it
+         call create_file(self%path, self%text, ok) ! another process has removed it
       end if
       if (is_lost) self%held = .false.
       if (is_lost) call remember('')
    end function is_lost
 
-   !> Give the lock back, if it is still this run's.
+   !> Release the lock, if it is still this run's.
    subroutine release(self)
       class(output_lock_t), intent(inout) :: self
       character(len=:), allocatable :: text
@@ -183,7 +182,7 @@ contains
       if (ok .and. text == self%text) call remove_file(self%path, ok)
    end subroutine release
 
-   !> Which lock this process holds, for `drop_lock`.
+   !> Record the lock that this process holds, for `drop_lock`.
    subroutine remember(path)
       character(len=*), intent(in) :: path
       integer :: i
@@ -194,7 +193,7 @@ contains
       end do
    end subroutine remember
 
-   !> Give back the lock of this process where it ends at once; takes no memory.
+   !> Release the lock of this process when it ends at once; allocates no memory.
    subroutine drop_lock()
       interface
          integer(c_int) function c_unlink(path) bind(c, name='unlink')
@@ -206,7 +205,7 @@ contains
       if (held_path(1) /= c_null_char) ignored = c_unlink(held_path)
    end subroutine drop_lock
 
-   !> What stands in the lock of a process.
+   !> The text of the lock of a process.
    function text_of(process) result(text)
       type(process_t), intent(in) :: process
       character(len=:), allocatable :: text
@@ -215,7 +214,7 @@ contains
              date_text()//newline
    end function text_of
 
-   !> The process that a lock names; its id is 0 where it names none.
+   !> The owner process of a lock; its id is 0 if there is none.
    type(process_t) function process_in(text) result(process)
       character(len=*), intent(in) :: text
       integer :: status
@@ -226,7 +225,7 @@ contains
       if (status /= 0 .or. index(text, first_line) /= 1) process%id = 0
    end function process_in
 
-   !> What stands behind a word at the beginning of a line; empty where no line begins so.
+   !> The text after a word at the beginning of a line; empty if no line begins with it.
    pure function value_of(text, word) result(value)
       character(len=*), intent(in) :: text, word
       character(len=:), allocatable :: value

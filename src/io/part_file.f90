@@ -1,4 +1,4 @@
-!> Files that are complete or not there: they are written as `<path>.part` and renamed when whole.
+!> Files that are either complete or absent: they are written as `<path>.part` and renamed when complete.
 module m_part_file
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_null_char
    use m_kinds, only: i8
@@ -39,15 +39,15 @@ module m_part_file
 
 contains
 
-   !> The name under which a file is written.
+   !> The temporary name of a file being written.
    pure function part_name(path) result(name)
       character(len=*), intent(in) :: path
       character(len=:), allocatable :: name
       name = path//'.part'
    end function part_name
 
-   !> Words for a sentence on a file that a library could not open, write or read: whether that may be for
-   !> want of locks. HDF5 locks what it opens unless it is told not to.
+   !> Hint for a message about a file that a library could not open, write or read: whether missing file locks
+   !> may be the cause. HDF5 locks the files it opens unless told otherwise.
    function lock_hint(path) result(words)
       character(len=*), intent(in) :: path
       character(len=:), allocatable :: words
@@ -57,14 +57,14 @@ contains
                  'set HDF5_USE_FILE_LOCKING=FALSE in the environment, or have locking turned on there'
    end function lock_hint
 
-   !> One rank: remove what was written of a file that will not be finished.
+   !> One rank: remove the part of a file that will not be finished.
    subroutine discard_part(path)
       character(len=*), intent(in) :: path
       logical :: ignored
       call remove_file(part_name(path), ignored)
    end subroutine discard_part
 
-   !> One rank: `<path>.part`, closed, gets its name, or goes if an error stands.
+   !> One rank: rename `<path>.part`, closed, to its final name, or remove it after an error.
    subroutine publish_part(path, error)
       character(len=*), intent(in) :: path
       type(error_t), intent(inout) :: error
@@ -77,16 +77,16 @@ contains
       if (error%happened()) call discard_part(path)
    end subroutine publish_part
 
-   !> Free what `<path>.part` takes on the disk while it may still be open.
+   !> Free the disk space of `<path>.part` while it may still be open.
    subroutine empty_part(path)
       character(len=*), intent(in) :: path
       integer(c_int) :: ignored
       ignored = c_truncate(part_name(path)//c_null_char, 0_c_long)
    end subroutine empty_part
 
-   !> Collective: make `<path>.part`, so that all ranks may open it, and see that the disk has room for
-   !> `bytes`: libraries that meet a full disk in the middle of a shared file do not get out of it on all
-   !> ranks. Tells why if that cannot be.
+   !> Collective: create `<path>.part`, so that all ranks can open it, and check that the disk has room for
+   !> `bytes`: libraries that meet a full disk in the middle of a shared file do not recover on all ranks. The
+   !> error gives the reason.
    subroutine begin_shared_part(communicator, path, bytes, error)
       type(communicator_t), intent(in) :: communicator
       character(len=*), intent(in) :: path
@@ -96,7 +96,7 @@ contains
       call communicator%agree(error)
    end subroutine begin_shared_part
 
-   !> Make the part, empty, and take room on the disk for it. File systems that cannot tell are believed.
+   !> Create the part, empty, and reserve disk space for it. File systems that cannot reserve are trusted.
    subroutine reserve(path, bytes, error)
       character(len=*), intent(in) :: path
       integer(i8), intent(in) :: bytes
@@ -127,7 +127,7 @@ contains
    end subroutine reserve
 
    !> Collective: all ranks have closed `<path>.part`, which must be `bytes` long (any length if negative). If
-   !> no rank holds an error it gets its name, else it is removed. All ranks leave with the same error.
+   !> no rank holds an error it gets its final name, else it is removed. All ranks return with the same error.
    subroutine finish_shared_part(communicator, path, bytes, error)
       type(communicator_t), intent(in) :: communicator
       character(len=*), intent(in) :: path

@@ -1,4 +1,4 @@
-!> The particles of all levels as the plain arrays that snapshots are written from.
+!> The particles of all levels as plain arrays for snapshots.
 module m_particle_snapshot
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -21,16 +21,15 @@ module m_particle_snapshot
 contains
 
    !> Collective: all written fields, the recovered stress, the numbers of body and level, the levels' boxes.
-   !> Particles stand level by level, in the order of their blocks' indices, so that the file is the same on
-   !> any number of ranks.
+   !> Particles are ordered by level and by block index, so that the file is the same on any number of ranks.
    subroutine take_snapshot(model, snapshot)
-      type(model_t), intent(inout) :: model !< stays as it is
+      type(model_t), intent(inout) :: model !< unchanged
       type(snapshot_t), intent(inout) :: snapshot
       integer :: b, f, first, group, l, last, n, written
       associate (levels => model%levels, table => model%levels(1)%table)
          call place_runs(model%communicator, levels, snapshot)
          n = snapshot%n_local
-         written = count(table%fields%written) - 1 ! the position stands apart
+         written = count(table%fields%written) - 1 ! the position is separate
          if (allocated(snapshot%position)) deallocate (snapshot%position, snapshot%id, snapshot%fields)
          group = written + merge(4, 3, size(levels) > 1)
          allocate (snapshot%fields(merge(group, group - 1, levels(1)%grid%fields > 1)))
@@ -75,7 +74,7 @@ contains
    !> Collective: the recovered stress of all blocks of all levels, one block after the other.
    subroutine collect_recovered(model, values)
       type(model_t), intent(inout) :: model
-      real(wp), intent(out) :: values(:, :) !< (particles here, 6), Pa
+      real(wp), intent(out) :: values(:, :) !< (local particles, 6), Pa
       type(level_stress_t), allocatable :: recovered(:)
       integer :: b, l, n, begun
       begun = 0
@@ -89,7 +88,7 @@ contains
       end do
    end subroutine collect_recovered
 
-   !> Where the particles of each block go in the file.
+   !> File positions of the particles of each block.
    subroutine place_runs(communicator, levels, snapshot)
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: levels(:)
@@ -123,7 +122,7 @@ contains
       end do
    end subroutine place_runs
 
-   !> Regions, cells and particles of the levels where there are several. `counts`: particles of the blocks of
+   !> Regions, cells and particles of the levels, if there are several. `counts`: particles of the blocks of
    !> all levels.
    pure subroutine describe_levels(levels, counts, snapshot)
       type(level_t), intent(in) :: levels(:)
@@ -140,13 +139,13 @@ contains
       end do
    end subroutine describe_levels
 
-   !> This rank's blocks of a level.
+   !> Number of this rank's blocks of a level.
    pure elemental integer function own_blocks(level)
       type(level_t), intent(in) :: level
       own_blocks = size(level%blocks)
    end function own_blocks
 
-   !> A field of a snapshot, not filled.
+   !> A field of a snapshot, not yet filled.
    function empty_field(field, n) result(snapshot_field)
       type(field_t), intent(in) :: field
       integer, intent(in) :: n
@@ -178,7 +177,7 @@ contains
       end do
    end subroutine collect
 
-   !> Add the displacement, strain and deformation gradient that the scene asks for.
+   !> Add the displacement, strain and deformation gradient requested by the scene.
    subroutine add_motion(snapshot, levels)
       type(snapshot_t), intent(inout) :: snapshot
       type(level_t), intent(in) :: levels(:)

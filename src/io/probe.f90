@@ -1,5 +1,5 @@
-!> Probes: the particle that was nearest to a place at the start, followed as it moves, also when it is split
-!> or merged with others (doc/developer/design.md, Ids).
+!> Probes: the particle nearest to a point at the start, tracked as it moves, also when it is split or merged
+!> with others (doc/developer/design.md, Ids).
 module m_probe
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -10,14 +10,14 @@ module m_probe
    private
    public :: probe_t, choose_particle, read_probe, kinship
 
-   !> A probed particle, known by its id.
+   !> A probed particle, identified by its id.
    type :: probe_t
       integer(i8) :: id = 0
    end type probe_t
 
 contains
 
-   !> Collective: the particle nearest to a place (m); of equally near ones that with the smallest id.
+   !> Collective: the particle nearest to a point (m); of equally near ones that with the smallest id.
    type(probe_t) function choose_particle(model, position) result(probe)
       type(model_t), intent(in) :: model
       real(wp), intent(in) :: position(3)
@@ -46,8 +46,8 @@ contains
    end function choose_particle
 
    !> Collective: position (m), stress (Pa; xx yy zz yz xz xy), equivalent plastic strain and recovered stress
-   !> (Pa) of the probed particle, and the motion that the scene asks for (motion_columns); strain is 0 when
-   !> its law has no plastic flow, all are 0 when nothing is left of the particle.
+   !> (Pa) of the probed particle, and its motion as requested by the scene (motion_columns); strain is 0 when
+   !> its law has no plastic flow, all are 0 when the particle no longer exists.
    subroutine read_probe(model, probe, position, stress, plastic_strain, recovered, motion)
       type(model_t), intent(in) :: model
       type(probe_t), intent(in) :: probe
@@ -86,9 +86,9 @@ contains
       if (present(motion)) motion = found(17:16 + size(motion_columns(model%levels(1)%layout)))
    end subroutine read_probe
 
-   !> Collective: id of the particle that a probed one lives on in: itself or its lowest part, which have its
-   !> id, or what it was merged into, which is of all parts of its first parent the one with which it has most
-   !> splits in common. -1 if there is none.
+   !> Collective: id of the particle that continues a probed one: itself or its lowest part, which have its
+   !> id, or the one it was merged into: of all parts of its original particle the one that shares most splits
+   !> with it. -1 if there is none.
    integer(i8) function heir(model, id)
       type(model_t), intent(in) :: model
       integer(i8), intent(in) :: id
@@ -111,9 +111,9 @@ contains
       heir = ior(ibits(id, 0, id_bits), ishft(iand(not(closest), last_way(id_bits)), id_bits))
    end function heir
 
-   !> How near a particle is to a probed one; -1: not of the same first parent. The bits above those of the
-   !> way: the number of splits through which both went the same way, all where they are the same; those
-   !> below: larger for the smaller id, should there be several.
+   !> Kinship of a particle with a probed one; -1: not of the same original particle. The bits above those of
+   !> the path: the number of splits with the same choice, all bits if the ids are equal; those below: larger
+   !> for the smaller id, to break ties.
    pure integer(i8) function kinship(id, probed, id_bits)
       integer(i8), intent(in) :: id, probed
       integer, intent(in) :: id_bits !< of the layout
@@ -125,7 +125,7 @@ contains
       kinship = ior(ishft(common, way_bits(id_bits)), last_way(id_bits) - way)
    end function kinship
 
-   !> Bits that tell the way through the splits.
+   !> Number of bits of the path through the splits.
    pure integer function way_bits(id_bits)
       integer, intent(in) :: id_bits
       way_bits = 62 - id_bits

@@ -1,4 +1,4 @@
-!> Everything that a run writes under its output directory, and when.
+!> All output of a run to its directory, and its schedule.
 module m_recorder
    use m_kinds, only: wp, i8
    use m_errors, only: error_t, fail
@@ -31,13 +31,13 @@ module m_recorder
    private
    public :: recorder_t
 
-   integer, parameter :: default_rows = 1000   !< rows of a history where the scene does not say how many
-   real(wp), parameter :: show_every = 1.0_wp  !< s of the clock on the wall
+   integer, parameter :: default_rows = 1000   !< rows of a history if the scene does not set them
+   real(wp), parameter :: show_every = 1.0_wp  !< s of wall-clock time
 
-   !> Where a run goes on from.
+   !> The run that this one continues.
    type, public :: resumption_t
-      character(len=:), allocatable :: directory !< that the run before wrote to
-      logical :: in_place = .false.              !< this one writes there too
+      character(len=:), allocatable :: directory !< output directory of that run
+      logical :: in_place = .false.              !< this run writes there too
       integer(i8), allocatable :: probes(:)      !< ids of the particles that the probes follow
    end type resumption_t
 
@@ -47,14 +47,14 @@ module m_recorder
       character(len=:), allocatable :: title, directory
       type(format_slot_t), allocatable :: formats(:) !< of snapshots
       real(wp) :: end_time = 0.0_wp, snapshot_every = 0.0_wp, history_every = 0.0_wp
-      real(wp) :: snapshots = 0.0_wp, rows = 0.0_wp !< times of each that have come, with the start
+      real(wp) :: snapshots = 0.0_wp, rows = 0.0_wp !< multiples of each interval reached, with 0
       integer :: rows_since_mark = 0
-      integer(i8) :: last_snapshot = -1 !< step of it
-      real(wp) :: shown = 0.0_wp        !< wall time when rows were last handed to the system, s
-      type(error_t) :: late             !< of rank 0, from then: the ranks agree on it with the next row
+      integer(i8) :: last_snapshot = -1 !< step of the last snapshot
+      real(wp) :: shown = 0.0_wp        !< wall time of the last flush of rows, s
+      type(error_t) :: late             !< error of rank 0 at that flush: made common with the next row
       type(history_t), allocatable :: histories(:) !< energy; tools; probes; pairs of contact groups
-      integer :: tools = 0, probes = 0, pairs = 0  !< how many
-      integer :: atoms = 0                         !< number of their history, 0: none
+      integer :: tools = 0, probes = 0, pairs = 0  !< numbers of these
+      integer :: atoms = 0                         !< index of the history of atoms, 0: none
       type(probe_t), allocatable :: probed(:)
       type(xdmf_index_t) :: particles_index, levels_index
    contains
@@ -74,14 +74,14 @@ module m_recorder
 
 contains
 
-   !> Collective: write case.nml, begin the histories, or go on with those of the run before.
+   !> Collective: write case.nml and open the histories, or continue those of the previous run.
    subroutine start(self, scene, model, error, resumption)
       class(recorder_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
       type(error_t), intent(inout) :: error
       type(resumption_t), intent(in), optional :: resumption
-      integer, allocatable :: step !< to which the indices are kept; none: they begin anew
+      integer, allocatable :: step !< last step kept in the index files; not allocated: new index files
       integer :: n
       logical :: ok
       self%writes = scene%output%present
@@ -143,7 +143,7 @@ contains
       end subroutine begin
    end subroutine start
 
-   !> For the histories of a run.
+   !> Allocate the histories of a run.
    subroutine make_room(self, scene, model)
       class(recorder_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
@@ -157,7 +157,7 @@ contains
       allocate (self%histories(max(count, self%atoms)), self%probed(self%probes))
    end subroutine make_room
 
-   !> What has been written up to a time (s) need not be counted: it follows from that.
+   !> Set the counters of output from the time of a checkpoint (s).
    pure subroutine resume(self, time, every)
       class(recorder_t), intent(inout) :: self
       real(wp), intent(in) :: time, every
@@ -173,7 +173,7 @@ contains
       ids = self%probed%id
    end function probe_ids
 
-   !> After a step: rows that have waited for a second can be read by others from here on.
+   !> After a step: flush rows that are older than a second, for other readers.
    subroutine show_rows(self)
       class(recorder_t), intent(inout) :: self
       integer :: n
@@ -185,7 +185,7 @@ contains
       end do
    end subroutine show_rows
 
-   !> Collective: all rows of the histories are on the disk when this returns.
+   !> Collective: on return all rows of the histories are on the disk.
    subroutine sync(self, communicator, error)
       class(recorder_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -198,7 +198,7 @@ contains
       call communicator%agree(error)
    end subroutine sync
 
-   !> case.nml: the scene with every value used.
+   !> Write case.nml: the scene with every value used.
    subroutine write_case(path, scene, error)
       character(len=*), intent(in) :: path
       type(scene_t), intent(in) :: scene
@@ -211,21 +211,21 @@ contains
       call publish_part(path, error)
    end subroutine write_case
 
-   !> True at the start, at the end, and whenever the next row's time has come.
+   !> True at the start, at the end, and when the next row is due.
    pure logical function history_is_due(self, time)
       class(recorder_t), intent(in) :: self
       real(wp), intent(in) :: time
       history_is_due = due(self%rows, self%history_every, time, self%end_time)
    end function history_is_due
 
-   !> Whether the `done`-th of a series at multiples of `every` (0: none between first and last) has come.
+   !> True when the `done`-th output at multiples of `every` is due (0: only first and last).
    pure logical function due(done, every, time, end_time)
       real(wp), intent(in) :: done, every, time, end_time
       due = done < 1.0_wp .or. time >= end_time
       if (every > 0.0_wp) due = due .or. time >= done*every*(1.0_wp - 1.0e-12_wp)
    end function due
 
-   !> Collective: a row of every history.
+   !> Collective: append a row to every history.
    subroutine record_history(self, model, balance, error)
       class(recorder_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
@@ -278,14 +278,14 @@ contains
       mises = von_mises(stress(1), stress(2), stress(3), stress(4), stress(5), stress(6))
    end function mises
 
-   !> Here is where `go_back` goes to.
+   !> Mark the position to which `go_back` returns.
    subroutine mark(self)
       class(recorder_t), intent(inout) :: self
       self%rows_since_mark = 0
    end subroutine mark
 
-   !> Collective: take away the rows since the mark; the model is again as it was there, and nothing else has
-   !> been written since.
+   !> Collective: remove the rows since the mark. The model must be back at the mark, with no other output
+   !> since.
    subroutine go_back(self, model, error)
       class(recorder_t), intent(inout) :: self
       type(model_t), intent(in) :: model
@@ -300,7 +300,7 @@ contains
       call model%communicator%agree(error)
    end subroutine go_back
 
-   !> True when a snapshot of the particles is to be written.
+   !> True when a snapshot of the particles is due.
    pure logical function snapshot_is_due(self, time)
       class(recorder_t), intent(in) :: self
       real(wp), intent(in) :: time
@@ -309,7 +309,7 @@ contains
       if (snapshot_is_due) snapshot_is_due = due(self%snapshots, self%snapshot_every, time, self%end_time)
    end function snapshot_is_due
 
-   !> Collective: a snapshot of the particles, if one is due, or one `now` unless there is one of this step.
+   !> Collective: write a snapshot of the particles, if one is due, or `now` unless there is one of this step.
    subroutine record_snapshot(self, model, error, now)
       class(recorder_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
@@ -344,7 +344,7 @@ contains
       if (self%atoms > 0) call write_atoms(model, self%directory, snapshot, error)
    end subroutine record_snapshot
 
-   !> Collective: with a snapshot, where the contact of each tool ends.
+   !> Collective: with a snapshot, write the edge of contact of each tool.
    subroutine record_outlines(self, model, error)
       class(recorder_t), intent(in) :: self
       type(model_t), intent(inout) :: model
@@ -361,7 +361,7 @@ contains
       end do
    end subroutine record_outlines
 
-   !> End the histories; they get their names whether the run ended well or not.
+   !> Close the histories, also when the run ends with an error.
    subroutine finish(self, error)
       class(recorder_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
@@ -401,7 +401,7 @@ contains
       header%notes = [character(len=history_text_length) :: 'model_share='//to_text(model_share(scene, n))]
    end function tool_header
 
-   !> The share of the tool that is modelled: one half for each symmetry plane that its axis lies in.
+   !> The modelled share of the tool: one half for each symmetry plane that contains its axis.
    pure real(wp) function model_share(scene, n) result(share)
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: n

@@ -1,5 +1,4 @@
-!> What a snapshot is made of, as plain arrays: the state of all particles at one moment, spread over the
-!> ranks.
+!> A snapshot as plain arrays: the state of all particles at one time, distributed over the ranks.
 module m_snapshot
    use m_kinds, only: wp, i8
    use m_constants, only: exit_numerical
@@ -14,10 +13,10 @@ module m_snapshot
    public :: snapshot_file_name, step_digits
 
    integer, parameter, public :: component_name_length = 16
-   character(len=2), parameter :: symmetric(6) = ['xx', 'yy', 'zz', 'xy', 'yz', 'xz'] ! as VTK has them
+   character(len=2), parameter :: symmetric(6) = ['xx', 'yy', 'zz', 'xy', 'yz', 'xz'] ! in the order of VTK
 
-   !> One quantity of the particles. Every rank states the same fields in the same order, a rank without
-   !> particles too.
+   !> One field of the particles. Every rank has the same fields in the same order, also a rank without
+   !> particles.
    type, public :: snapshot_field_t
       character(len=:), allocatable :: name !< for instance `stress`
       character(len=:), allocatable :: unit !< for instance `Pa`; empty for a pure number
@@ -31,8 +30,9 @@ module m_snapshot
       procedure :: file_order
    end type snapshot_field_t
 
-   !> Where the particles of this rank go in a file: file positions `offset(r)` to `offset(r) + count(r) - 1`
-   !> (0-based), ascending and apart, take the local particles `order(1), order(2), ...` one after the other.
+   !> File layout of this rank's particles: file positions `offset(r)` to `offset(r) + count(r) - 1`
+   !> (0-based), ascending and disjoint, take the local particles `order(1), order(2), ...` one after the
+   !> other.
    type, public :: file_layout_t
       integer(i8), allocatable :: offset(:)
       integer, allocatable :: count(:)
@@ -49,23 +49,22 @@ module m_snapshot
       integer(i8) :: particles = 0_i8 !< of all ranks
    end type snapshot_level_t
 
-   !> The particles at one moment. Run r holds `run_count(r)` local particles, one after the other in memory,
-   !> that belong at file position `run_offset(r)` (0-based), so that a file is in the same order on any
-   !> number of ranks.
+   !> The particles at one time. Run r consists of `run_count(r)` local particles, consecutive in memory, at
+   !> file position `run_offset(r)` (0-based), so that a file is in the same order on any number of ranks.
    type, public :: snapshot_t
       real(wp) :: time = 0.0_wp             !< physical time, s
-      integer :: step = 0                   !< steps of the coarsest level done
+      integer :: step = 0                   !< steps of the coarsest level taken
       character(len=:), allocatable :: title
-      integer :: n_local = 0                !< particles of this rank; 0 is allowed
-      integer(i8) :: n_total = 0_i8         !< particles of all ranks; 0 is allowed
+      integer :: n_local = 0                !< particles of this rank; may be 0
+      integer(i8) :: n_total = 0_i8         !< particles of all ranks; may be 0
       real(wp), allocatable :: position(:, :) !< (n_local, 3), m
       integer(i8), allocatable :: id(:)     !< (n_local)
-      integer :: id_bits = 0 !< lowest bits of an id, which the parts of a particle have in common
+      integer :: id_bits = 0 !< lowest bits of an id, shared by the parts of a particle
       type(snapshot_field_t), allocatable :: fields(:)
       integer(i8), allocatable :: run_offset(:) !< (runs)
       integer, allocatable :: run_count(:)  !< (runs)
-      type(snapshot_level_t), allocatable :: levels(:) !< the coarsest first, and so the particles in the
-                                                       !< file; not there where there is only one
+      type(snapshot_level_t), allocatable :: levels(:) !< the coarsest first, as the particles in the file;
+                                                       !< not allocated for a single level
    contains
       procedure :: check
       procedure :: layout
@@ -74,15 +73,15 @@ module m_snapshot
 
 contains
 
-   !> `particles_<step>` with the step in 8 digits (more when it needs them).
+   !> `particles_<step>` with the step in 8 digits (more if necessary).
    pure function snapshot_file_name(step, extension) result(name)
       integer, intent(in) :: step
-      character(len=*), intent(in) :: extension !< without the point
+      character(len=*), intent(in) :: extension !< without the dot
       character(len=:), allocatable :: name
       name = 'particles_'//step_digits(step)//'.'//extension
    end function snapshot_file_name
 
-   !> The number of a step as names of files have it.
+   !> The number of a step as in file names.
    pure function step_digits(step) result(text)
       integer, intent(in) :: step
       character(len=:), allocatable :: text
@@ -91,7 +90,7 @@ contains
       text = trim(digits)
    end function step_digits
 
-   !> Name of one component: `stress_xx`; the field's own name when it has but one.
+   !> Name of one component: `stress_xx`; the field's own name when it has only one.
    pure function full_name(self, component) result(name)
       class(snapshot_field_t), intent(in) :: self
       integer, intent(in) :: component
@@ -108,7 +107,7 @@ contains
       end if
    end function full_name
 
-   !> Whether its components are xx, yy, zz, yz, xz, xy, in any order.
+   !> True when its components are xx, yy, zz, yz, xz, xy, in any order.
    pure logical function is_symmetric_tensor(self)
       class(snapshot_field_t), intent(in) :: self
       integer :: c
@@ -117,8 +116,8 @@ contains
          is_symmetric_tensor = all([(any(self%component_names == symmetric(c)), c=1, size(symmetric))])
    end function is_symmetric_tensor
 
-   !> Its components in the order that files for VTK have them in: those of a symmetric tensor as xx yy zz xy
-   !> yz xz, which VTK and ParaView take six components for; others as they are.
+   !> Its components in the order of VTK files: those of a symmetric tensor as xx yy zz xy yz xz, VTK's and
+   !> ParaView's meaning of six components; others unchanged.
    pure function file_order(self) result(columns)
       class(snapshot_field_t), intent(in) :: self
       integer :: columns(self%components)
@@ -173,7 +172,7 @@ contains
       end associate
    end subroutine make_von_mises
 
-   !> Collective: fail when the arrays do not fit each other or the runs do not cover the file exactly.
+   !> Collective: fail when the arrays do not match or the runs do not cover the file exactly.
    subroutine check(self, communicator, error)
       class(snapshot_t), intent(in) :: self
       type(communicator_t), intent(in) :: communicator
@@ -196,13 +195,13 @@ contains
       call communicator%agree(error)
    end subroutine check
 
-   !> Sum of 0 to n - 1, which is halved before it grows too large for its kind.
+   !> Sum of 0 to n - 1; the factors are halved first to avoid overflow.
    pure integer(i8) function triangle(n)
       integer(i8), intent(in) :: n
       triangle = merge((n/2)*(n - 1), n*((n - 1)/2), mod(n, 2_i8) == 0)
    end function triangle
 
-   !> Shapes on this rank.
+   !> Check the array shapes on this rank.
    subroutine check_arrays(self, error)
       class(snapshot_t), intent(in) :: self
       type(error_t), intent(inout) :: error
@@ -232,7 +231,7 @@ contains
       if (good .and. allocated(field%component_names)) good = size(field%component_names) == field%components
    end function good_field
 
-   !> The runs in file order, empty ones left out and neighbours joined.
+   !> The runs in file order, without empty ones and with adjacent ones joined.
    function layout(self) result(where_to)
       class(snapshot_t), intent(in) :: self
       type(file_layout_t) :: where_to
@@ -276,7 +275,7 @@ contains
       p = p + count
    end subroutine take
 
-   !> True when a run at this offset goes on where the n-th ended.
+   !> True when a run at this offset begins where the n-th ends.
    pure logical function follows(where_to, n, offset)
       type(file_layout_t), intent(in) :: where_to
       integer, intent(in) :: n
@@ -293,13 +292,13 @@ contains
       if (n > 1) overlaps = any(where_to%offset(1:n - 1) + where_to%count(1:n - 1) > where_to%offset(2:n))
    end function overlaps
 
-   !> Sum of the file positions of this rank: over all ranks n (n - 1) / 2 when each position is taken once.
+   !> Sum of the file positions of this rank: over all ranks n (n - 1) / 2 if each position is used once.
    pure integer(i8) function position_sum(self)
       class(file_layout_t), intent(in) :: self
       position_sum = sum(self%count*self%offset + (int(self%count, i8)*(self%count - 1_i8))/2)
    end function position_sum
 
-   !> What of a layout lies at file positions `first` (0-based) to `first + length - 1`; its positions count
+   !> The part of a layout at file positions `first` (0-based) to `first + length - 1`; its positions count
    !> from `first`.
    pure function part(self, first, length) result(piece)
       class(file_layout_t), intent(in) :: self

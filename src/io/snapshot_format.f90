@@ -1,4 +1,4 @@
-!> What a format of snapshots must offer (`formats` of &output).
+!> Interface of a format of snapshots (`formats` of &output).
 module m_snapshot_format
    use m_kinds, only: i8
    use m_errors, only: error_t
@@ -8,8 +8,8 @@ module m_snapshot_format
    private
 
    type, abstract, public :: snapshot_format_t
-      logical :: is_text = .false. !< numbers become text, which takes time
-      logical :: indexed = .false. !< its files stand in the index of the animation
+      logical :: is_text = .false. !< a text format, which takes time to convert
+      logical :: indexed = .false. !< its files are listed in the animation index
    contains
       procedure(write_interface), deferred :: write
       procedure(bytes_interface), deferred :: bytes
@@ -27,7 +27,7 @@ module m_snapshot_format
          type(error_t), intent(inout) :: error
       end subroutine write_interface
 
-      !> Bytes of that file, about.
+      !> Estimated size of that file, bytes.
       integer(i8) function bytes_interface(self, snapshot)
          import :: snapshot_format_t, snapshot_t, i8
          class(snapshot_format_t), intent(in) :: self

@@ -14,7 +14,7 @@ module m_snapshot_formats
 
 contains
 
-   !> All formats, the default first. One line a format: it brings its own `use`.
+   !> All formats, the default first. One line a format, with its own `use`.
    subroutine list(formats)
       type(format_slot_t), allocatable, intent(out) :: formats(:)
       allocate (formats(0))
@@ -38,7 +38,7 @@ contains
       end subroutine add
    end subroutine list
 
-   !> Their names to a catalogue.
+   !> Add their names to a catalogue.
    subroutine known_formats(catalogue)
       type(catalogue_t), intent(inout) :: catalogue
       type(format_slot_t), allocatable :: formats(:)
@@ -46,7 +46,7 @@ contains
       catalogue%formats = formats%name
    end subroutine known_formats
 
-   !> Those that a scene names.
+   !> The formats named in a scene.
    subroutine choose_formats(names, chosen)
       character(len=*), intent(in) :: names(:)
       type(format_slot_t), allocatable, intent(out) :: chosen(:)

@@ -1,7 +1,7 @@
-!> Snapshots in Tecplot ASCII, as Tecplot, ParaView and VTK open them: one zone a level, block packing, the
-!> zone record on one line. The id stands there whole, and as three numbers of 24 bits, which stay what they
-!> are in single precision. Every value takes one line of fixed width, so that each rank knows where its own
-!> go and writes them itself.
+!> Snapshots in Tecplot ASCII, for Tecplot, ParaView and VTK: one zone a level, block packing, the zone record
+!> on one line. The id is written in full, and as three numbers of 24 bits, which are exact in single
+!> precision. Every value takes one line of fixed width, so that each rank knows the position of its values
+!> and writes them itself.
 module m_tecplot_snapshot
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -16,21 +16,22 @@ module m_tecplot_snapshot
    private
    public :: write_tecplot_snapshot, quoted
 
-   integer, parameter :: width = 25            ! characters of a value, the end of its line counted
-   integer, parameter :: chunk = 65536         ! values that a rank holds as text at a time
-   integer, parameter :: single_bits = 24      ! of a number of single precision, in which VTK reads the file
+   integer, parameter :: width = 25            ! characters of a value, including the end of line
+   integer, parameter :: chunk = 65536         ! values that a rank converts to text at a time
+   integer, parameter :: single_bits = 24      ! mantissa bits in single precision, in which VTK reads the
+                                               ! file
    character(len=*), parameter :: real_format = '(es24.16e3)', integer_format = '(i24)'
 
-   ! The file being written: the zone that has been begun, and the types that lead a rank's lines to their
-   ! places.
+   ! The file being written: the current zone, and the MPI types that map a rank's lines to their file
+   ! positions.
    type :: table_t
       type(MPI_File) :: file
       type(MPI_Datatype) :: line             ! one value as text
-      type(MPI_Datatype) :: lines ! those of this rank in a block of the values of all particles of the zone
+      type(MPI_Datatype) :: lines ! lines of this rank in a block of the values of all particles of the zone
       type(file_layout_t) :: where_to        ! the particles of this rank in the zone
       integer(MPI_OFFSET_KIND) :: start = 0  ! byte at which the next block begins
       integer(i8) :: block_bytes = 0_i8
-      integer :: chunks = 0                  ! writes that every rank takes part in for a block
+      integer :: chunks = 0                  ! collective writes per block
    end type table_t
 
    type, extends(snapshot_format_t), public :: tecplot_snapshot_t
@@ -115,7 +116,7 @@ contains
       end do
    end function length_of
 
-   !> Text that may stand between the quotes of a Tecplot record.
+   !> Text that is allowed between the quotes of a Tecplot record.
    pure function quoted(text) result(safe)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: safe
@@ -159,12 +160,12 @@ contains
       header = header//newline
    end function header_text
 
-   !> The record of a zone. Without particles there is none: readers stumble over an empty zone. The particles
-   !> count along J: ParaView 5.11 gives nothing for a zone that is long in I alone.
+   !> The record of a zone. Without particles there is none: some readers fail on an empty zone. The particles
+   !> are counted along J: ParaView 5.11 returns nothing for a zone that is long in I alone.
    pure function zone_text(snapshot, zone, particles) result(text)
       type(snapshot_t), intent(in) :: snapshot
       integer, intent(in) :: zone          !< from 1, also its strand
-      integer(i8), intent(in) :: particles !< in it
+      integer(i8), intent(in) :: particles !< of the zone
       character(len=:), allocatable :: text
       text = ''
       if (particles == 0) return
@@ -173,7 +174,7 @@ contains
              ', K=1, DATAPACKING=BLOCK'//achar(10)
    end function zone_text
 
-   !> Number of values a particle has in the file.
+   !> Number of values per particle in the file.
    pure integer(i8) function blocks(snapshot)
       type(snapshot_t), intent(in) :: snapshot
       blocks = 7_i8 + sum(snapshot%fields(:)%components)
@@ -195,7 +196,7 @@ contains
       call MPI_Type_commit(table%line)
    end subroutine open_table
 
-   !> Rank 0 writes what is no value.
+   !> Rank 0 writes the header text.
    subroutine put_text(table, communicator, text, path, error)
       type(table_t), intent(inout) :: table
       type(communicator_t), intent(in) :: communicator
@@ -214,7 +215,7 @@ contains
       table%start = table%start + len(text)
    end subroutine put_text
 
-   !> Where the lines of this rank go in the blocks of a zone.
+   !> Set the positions of this rank's lines in the blocks of a zone.
    subroutine begin_zone(table, communicator, where_to, particles)
       type(table_t), intent(inout) :: table
       type(communicator_t), intent(in) :: communicator
@@ -236,7 +237,7 @@ contains
       call MPI_Type_commit(table%lines)
    end subroutine begin_zone
 
-   !> All blocks of a zone: coordinates, ids, then the components of the fields.
+   !> Write all blocks of a zone: coordinates, ids, then the components of the fields.
    subroutine put_values(table, snapshot, path, error)
       type(table_t), intent(inout) :: table
       type(snapshot_t), intent(in) :: snapshot
@@ -257,8 +258,8 @@ contains
       end do
    end subroutine put_values
 
-   !> One value of every particle of the zone. All ranks take part in every write, also after an error and
-   !> when they have nothing left.
+   !> Write one value of every particle of the zone. All ranks take part in every write, also after an error
+   !> and when they have no values left.
    subroutine put_block(table, path, error, reals, ids)
       type(table_t), intent(inout) :: table
       character(len=*), intent(in) :: path
@@ -298,7 +299,7 @@ contains
       call MPI_Type_free(table%line)
    end subroutine close_table
 
-   !> An MPI status of a file becomes an error of this rank.
+   !> Turn an MPI file status into an error of this rank.
    subroutine note(status, path, error)
       integer, intent(in) :: status
       character(len=*), intent(in) :: path

@@ -1,7 +1,6 @@
-!> Text files through the C library. The Fortran library reports success where a full disk has taken nothing
-!> (libgfortran 12: write, flush and close alike), so that files would be torn without a word; here every
-!> failure is an error. What is on the disk ends with a whole line at any time, so that a file can be read
-!> while it grows.
+!> Text files through the C library. The Fortran library reports success when a full disk has stored nothing
+!> (libgfortran 12: write, flush and close alike), which would truncate files silently; here every failure is
+!> an error. The file on the disk always ends with a whole line, so that it can be read while it grows.
 module m_text_file
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_size_t, c_null_char
    use m_kinds, only: i8
@@ -12,15 +11,15 @@ module m_text_file
    implicit none
    private
 
-   integer, parameter :: room = 16384 !< characters that wait
+   integer, parameter :: room = 16384 !< characters of the buffer
 
-   !> A text file being written under the name of its part. Errors name `path` and tell the system's reason.
+   !> A text file being written under the name of its part. Errors give `path` and the system's reason.
    type, public :: text_file_t
       private
       character(len=:), allocatable :: path
-      character(len=:), allocatable :: waiting !< `used` characters of it: whole lines
+      character(len=:), allocatable :: waiting !< buffer, `used` characters in use: whole lines
       integer :: used = 0
-      integer(i8) :: written = 0               !< bytes that the system has
+      integer(i8) :: written = 0               !< bytes passed to the system
       integer(c_int) :: descriptor = -1
    contains
       procedure :: open => open_file
@@ -76,7 +75,7 @@ module m_text_file
 
 contains
 
-   !> Begin the part of `path`, empty.
+   !> Create the part of `path`, empty.
    subroutine open_file(self, path, error)
       class(text_file_t), intent(out) :: self
       character(len=*), intent(in) :: path
@@ -87,7 +86,7 @@ contains
       if (self%descriptor < 0) call self%complain(error)
    end subroutine open_file
 
-   !> Add a line, which may hold several. It may get to the disk later.
+   !> Append a line, or several. It may be written to the disk later.
    subroutine put(self, line, error)
       class(text_file_t), intent(inout) :: self
       character(len=*), intent(in) :: line
@@ -103,7 +102,7 @@ contains
       end if
    end subroutine put
 
-   !> Hand to the system what has been put.
+   !> Write the buffer to the file.
    subroutine flush_file(self, error)
       class(text_file_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
@@ -111,7 +110,7 @@ contains
       self%used = 0
    end subroutine flush_file
 
-   !> Give whole lines to the system: all of them, or none and an error.
+   !> Pass whole lines to the system: all of them, or none and an error.
    subroutine hand_over(self, text, error)
       class(text_file_t), intent(inout) :: self
       character(len=*), intent(in) :: text
@@ -130,7 +129,7 @@ contains
       self%written = self%written + taken
    end subroutine hand_over
 
-   !> Remove so many bytes at the end again.
+   !> Remove a number of bytes from the end.
    subroutine take_back(self, bytes, error)
       class(text_file_t), intent(inout) :: self
       integer(i8), intent(in) :: bytes
@@ -139,7 +138,7 @@ contains
       call self%cut(self%written - bytes, error)
    end subroutine take_back
 
-   !> Put other text in the place of what has been handed to the system, from byte `at` (0-based) on.
+   !> Overwrite text that was already written to the file, from byte `at` (0-based) on.
    subroutine overwrite(self, at, text, error)
       class(text_file_t), intent(inout) :: self
       integer(i8), intent(in) :: at
@@ -150,13 +149,13 @@ contains
       if (count /= len(text)) call self%complain(error)
    end subroutine overwrite
 
-   !> Length of the file with what waits, bytes.
+   !> Length of the file including the buffer, bytes.
    pure integer(i8) function bytes(self)
       class(text_file_t), intent(in) :: self
       bytes = self%written + self%used
    end function bytes
 
-   !> Let the file end after so many bytes.
+   !> Truncate the file to a number of bytes.
    subroutine cut(self, bytes, error)
       class(text_file_t), intent(inout) :: self
       integer(i8), intent(in) :: bytes
@@ -168,7 +167,7 @@ contains
       if (ok) self%written = bytes
    end subroutine cut
 
-   !> End the file, which keeps its name.
+   !> Close the file, which keeps its name.
    subroutine close_file(self, error)
       class(text_file_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
@@ -179,7 +178,7 @@ contains
       if (status /= 0) call self%complain(error)
    end subroutine close_file
 
-   !> What the system says of the call before.
+   !> Error with the system's message on the last call.
    subroutine complain(self, error)
       class(text_file_t), intent(in) :: self
       type(error_t), intent(inout) :: error

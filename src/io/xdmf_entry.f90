@@ -1,4 +1,4 @@
-!> What the animations of a run (xdmf_index) show at one step.
+!> Contents of the animation files of a run (xdmf_index) at one step.
 module m_xdmf_entry
    use m_kinds, only: wp
    use m_snapshot, only: snapshot_t, snapshot_field_t, snapshot_level_t, snapshot_file_name
@@ -11,9 +11,8 @@ module m_xdmf_entry
 
 contains
 
-   !> The regions of the levels as the lines that their surfaces are bent along, twelve for a box: one grid a
-   !> level, with its number and cell size (m). A line of text is short, so that it can be read again
-   !> (xdmf_index).
+   !> The regions of the levels as the straight edges of their surfaces, twelve for a box: one grid a level,
+   !> with its number and cell size (m). Lines of text are short, so that xdmf_index can read them again.
    function levels_entry(snapshot) result(text)
       type(snapshot_t), intent(in) :: snapshot
       character(len=:), allocatable :: text
@@ -55,7 +54,7 @@ contains
              'NumberType="Float" Precision="8"'), 'Cell')//'     </Grid>'
    end function outline
 
-   !> The same value for all lines.
+   !> The same value for all edges.
    pure function repeated(times, value, number_type) result(item)
       integer, intent(in) :: times
       character(len=*), intent(in) :: value, number_type
@@ -86,12 +85,12 @@ contains
       do f = 1, size(snapshot%fields)
          text = text//field_text(snapshot%fields(f), file, points)
       end do
-      text = text(:len(text) - 1) ! without the last end of line
+      text = text(:len(text) - 1) ! without the last newline
    end function particles_entry
 
-   !> A field: scalar, vector or full tensor by their names, others as a matrix of one row a particle. Of a
-   !> symmetric tensor readers then take the six columns as they stand; under its own name in XDMF (Tensor6)
-   !> each has them in another order.
+   !> A field: scalar, vector or full tensor by their names, others as a matrix of one row a particle. A
+   !> symmetric tensor is written so too, which readers take as six columns in file order; for XDMF's own type
+   !> (Tensor6) readers assume different orders.
    function field_text(field, file, points) result(text)
       type(snapshot_field_t), intent(in) :: field
       character(len=*), intent(in) :: file, points
@@ -117,7 +116,7 @@ contains
 
    pure function attribute(name, kind, item, center) result(text)
       character(len=*), intent(in) :: name, kind, item
-      character(len=*), intent(in), optional :: center !< Node where it is not given
+      character(len=*), intent(in), optional :: center !< Node if absent
       character(len=:), allocatable :: text
       text = 'Node'
       if (present(center)) text = center
@@ -132,7 +131,7 @@ contains
              escaped(table)//'</DataItem>'//newline
    end function data_item
 
-   !> Text as XML wants it.
+   !> Escaped for XML.
    pure function escaped(text) result(safe)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: safe

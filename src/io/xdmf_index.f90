@@ -1,6 +1,6 @@
-!> Small files that make an animation of a run: `particles.xdmf`, which tells the times of the HDF5 snapshots
-!> and points into them, `particles.hdf.series`, which tells ParaView's reader of VTKHDF the same, and
-!> `levels.xdmf`, the boxes of the levels. ParaView and VTK open them.
+!> Small files that make an animation of a run: `particles.xdmf`, which lists the times of the HDF5 snapshots
+!> and refers to them, `particles.hdf.series`, the same for ParaView's reader of VTKHDF, and `levels.xdmf`,
+!> the boxes of the levels. ParaView and VTK open them.
 module m_xdmf_index
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
@@ -17,10 +17,10 @@ module m_xdmf_index
       character(len=:), allocatable :: text
    end type entry_t
 
-   !> An index; only rank 0 holds its entries.
+   !> An index; only rank 0 has its entries.
    type, public :: xdmf_index_t
       character(len=:), allocatable, private :: name, path
-      character(len=:), allocatable, private :: series !< path of the list of snapshots, if there is one
+      character(len=:), allocatable, private :: series !< path of the list of snapshots, if any
       type(entry_t), allocatable, private :: entries(:)
    contains
       procedure :: start
@@ -28,17 +28,17 @@ module m_xdmf_index
    end type xdmf_index_t
 
    character(len=1), parameter :: newline = achar(10)
-   ! no line between is as these
+   ! lines within an entry never equal these
    character(len=*), parameter :: begin_entry = '    <Grid Name="step ', end_entry = '    </Grid>'
    character(len=*), parameter :: begin_time = '<Time Value="'
 
 contains
 
-   !> Begin the index `<directory>/<name>.xdmf`. With `resume_step` the entries of an index that is there are
-   !> kept as far as that step (a run that goes on from a checkpoint); without it, or if the old index cannot
-   !> be read, the index begins empty. One that is there is written anew at once: nobody is to take an older
-   !> run's snapshots for this one's. With `series` there is a `<name>.hdf.series` too: its entries are
-   !> snapshots. (`.hdf` is the name of VTKHDF that all releases of ParaView know; 5.11 knows no `.vtkhdf`.)
+   !> Start the index `<directory>/<name>.xdmf`. With `resume_step` the entries of an existing index are kept
+   !> up to that step (a run continued from a checkpoint); without it, or if the old index cannot be read, the
+   !> index starts empty. An existing file is rewritten at once, so that snapshots of an older run are not
+   !> attributed to this one. With `series` there is a `<name>.hdf.series` too: its entries are snapshots.
+   !> (`.hdf` is the extension of VTKHDF known to all releases of ParaView; 5.11 does not know `.vtkhdf`.)
    subroutine start(self, communicator, directory, name, error, resume_step, series)
       class(xdmf_index_t), intent(out) :: self
       type(communicator_t), intent(in) :: communicator
@@ -61,8 +61,8 @@ contains
       call communicator%agree(error)
    end subroutine start
 
-   !> Collective: add what a step has written (the attributes and contents of a Grid, lines) and write the
-   !> index anew. Entries of this step or later ones go: the run was taken up again before them.
+   !> Collective: add the output of a step (the attributes and contents of a Grid, lines) and rewrite the
+   !> index. Entries of this or later steps are removed: the run was continued from before them.
    subroutine add(self, communicator, step, text, error)
       class(xdmf_index_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -76,7 +76,7 @@ contains
       call communicator%agree(error)
    end subroutine add
 
-   !> Put an entry after those of smaller steps.
+   !> Insert an entry after those of smaller steps.
    subroutine append(entries, step, text)
       type(entry_t), allocatable, intent(inout) :: entries(:)
       integer, intent(in) :: step
@@ -124,7 +124,7 @@ contains
       call publish_part(self%path, error)
    end subroutine write_index
 
-   !> The snapshots with their times as a file series of ParaView (JSON).
+   !> The snapshots with their times as a ParaView file series (JSON).
    subroutine write_series(self, error)
       class(xdmf_index_t), intent(in) :: self
       type(error_t), intent(inout) :: error
@@ -142,7 +142,7 @@ contains
       call publish_part(self%series, error)
    end subroutine write_series
 
-   !> The snapshot that an entry points into: of runs of older versions that go on, `.h5`.
+   !> The snapshot that an entry refers to; `.h5` in continued runs of older versions.
    pure function file_in(entry) result(name)
       type(entry_t), intent(in) :: entry
       character(len=:), allocatable :: name
@@ -151,7 +151,7 @@ contains
          name = snapshot_file_name(entry%step, 'h5')
    end function file_in
 
-   !> The time of an entry, as it stands there.
+   !> The time of an entry, as text.
    pure function time_in(text) result(time)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: time
@@ -160,7 +160,7 @@ contains
       time = text(first:first + index(text(first:), '"') - 2)
    end function time_in
 
-   !> Take over the entries of the index on the disk up to a step.
+   !> Keep the entries of the index on the disk up to a step.
    subroutine keep_entries(self, resume_step)
       type(xdmf_index_t), intent(inout) :: self
       integer, intent(in) :: resume_step
