@@ -1,5 +1,5 @@
-!> Watches whether a run leaves the range in which its choice of domains is right (theory.md, Range of
-!> domains): says so once, and ends a run whose body has come apart.
+!> Checks whether a run leaves the range of validity of its choice of domains (theory.md, Range of domains):
+!> warns once, and ends a run whose body has separated numerically.
 module m_domain_range
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -18,28 +18,30 @@ module m_domain_range
    public :: domain_range_t
 
    type :: domain_range_t
-      integer(i8), allocatable, private :: extent(:, :) !< (3, bodies): places of their lattices
+      integer(i8), allocatable, private :: extent(:, :) !< (3, bodies): sites of their lattices along each
+                                                        !< axis
       integer(i8), private :: checked = 0                !< step of the last check
-      character(len=:), allocatable :: said             !< the first sentence
-      logical, private :: reported(5) = .false. !< of tension, of gaps, of overlap, of loads on a stress that
-                                            !< lags, of cubes that are drawn out
+      character(len=:), allocatable :: said             !< the first warning
+      logical, private :: reported(5) = .false. !< warnings given: tension, gaps, overlap, loads on a
+                                            !< lagging stress, stretched cubes
    contains
       procedure :: start
       procedure :: check
    end type domain_range_t
 
    integer, parameter :: check_every = 400               !< steps
-   real(wp), parameter :: max_tension = 0.01_wp !< of the modulus of a wave, that boxes of one a cell are to
-                                                 !< bear
-   real(wp), parameter :: apart = 0.2_wp !< neighbours so many cells further apart than their strains say are
-                                         !< torn,
-   real(wp), parameter :: hardly_stretched = 1.15_wp !< up to this stretch; beyond, where shear and turning
-                                                     !< count too:
+   real(wp), parameter :: max_tension = 0.01_wp !< of the plane-wave modulus: tension limit of boxes that fill
+                                                !< a cell
+   real(wp), parameter :: apart = 0.2_wp !< cells: neighbours further apart than their strains give by this
+                                         !< are separated,
+   real(wp), parameter :: hardly_stretched = 1.15_wp !< up to this stretch; beyond, where shear and rotation
+                                                     !< contribute:
    real(wp), parameter :: apart_strained = 0.5_wp       !< cells
-   real(wp), parameter :: max_pressed = 0.2_wp !< strain to which cubes may be pressed; then they overlap
-   real(wp), parameter :: max_pairs_drawn = 0.25_wp !< strain to which cubes may be drawn out; then they leave
-                                               !< gaps,
-   real(wp), parameter :: max_drawn_mean = 0.1_wp  !< and with strain rates that are means of cells
+   real(wp), parameter :: max_pressed = 0.2_wp !< compressive strain up to which cubes are valid; beyond they
+                                               !< overlap
+   real(wp), parameter :: max_pairs_drawn = 0.25_wp !< tensile strain up to which cubes are valid; beyond they
+                                                    !< leave gaps,
+   real(wp), parameter :: max_drawn_mean = 0.1_wp  !< and where strain rates are means over cells
 
 contains
 
@@ -54,8 +56,7 @@ contains
       end do
    end subroutine start
 
-   !> Collective: every so many steps, and where `now` says so. `news`: what is to be said now, empty if
-   !> nothing.
+   !> Collective: every `look_every` steps, or if `now`. `message`: a new warning, empty if none.
    subroutine check(self, model, now, message, error)
       class(domain_range_t), intent(inout) :: self
       type(model_t), intent(in) :: model
@@ -64,7 +65,7 @@ contains
       type(error_t), intent(inout) :: error
       real(wp) :: worst(4)
       integer :: b
-      logical :: means !< an effect makes strain rates means of cells
+      logical :: means !< an effect replaces strain rates by means over cells
       message = ''
       if (.not. (now .or. model%step - self%checked >= check_every)) return
       self%checked = model%step
@@ -111,9 +112,9 @@ contains
       if (self%said == '') self%said = message
    end subroutine check
 
-   !> The largest tension of particles that are all of a cell, over the modulus; of fixed domains the longest
-   !> stretched edge, in cells, the largest share that is pressed away of one and that it is drawn out by; a
-   !> fault where neighbours have come apart.
+   !> Update the worst values: the tension of particles that fill a cell, over the modulus; for fixed domains
+   !> the longest stretched edge, in cells, and the largest compressive and tensile strains of edges; an error
+   !> where neighbours have separated.
    subroutine check_block(self, model, b, worst, error)
       type(domain_range_t), intent(in) :: self
       type(model_t), intent(in) :: model
@@ -142,8 +143,8 @@ contains
                direction = 0.0_wp
                direction(axis) = 1.0_wp
                stretch = stretch_along(model, values, particles%body(p), direction)
-               if (.not. stretch < huge(stretch)) exit ! nothing tells it
-               if (tension > 0.0_wp .and. .not. whole) & ! those have a bar of their own, of tension
+               if (.not. stretch < huge(stretch)) exit ! no field gives it
+               if (tension > 0.0_wp .and. .not. whole) & ! these have a limit of their own, on tension
                   worst(2) = max(worst(2), stretch*2.0_wp*values(level%layout%half_size)*level%grid%per_cell)
                worst(3) = max(worst(3), 1.0_wp - stretch)
                if (tension > 0.0_wp) worst(4) = max(worst(4), stretch - 1.0_wp)
@@ -153,8 +154,8 @@ contains
       if (n > 1) call find_gaps(self, model, b, listed(:n), error)
    end subroutine check_block
 
-   !> Particles that touched each other at the start, in one block still, and are further apart than their
-   !> strains say.
+   !> Find particles that touched at the start, are in one block still, and are further apart than their
+   !> strains give.
    subroutine find_gaps(self, model, b, listed, error)
       type(domain_range_t), intent(in) :: self
       type(model_t), intent(in) :: model
@@ -180,7 +181,7 @@ contains
       end associate
    end subroutine find_gaps
 
-   !> A fault where two neighbours are apart.
+   !> An error where two neighbours have separated.
    subroutine compare(model, b, p, q, error)
       type(model_t), intent(in) :: model
       integer, intent(in) :: b, p, q
@@ -205,8 +206,7 @@ contains
       end associate
    end subroutine compare
 
-   !> How much longer a particle has become along a direction, as far as its fields tell; huge where they do
-   !> not.
+   !> Stretch of a particle along a direction, as given by its fields; huge if no field gives it.
    real(wp) function stretch_along(model, values, body, direction) result(stretch)
       type(model_t), intent(in) :: model
       real(wp), intent(in) :: values(:)    !< the particle's columns
@@ -217,7 +217,7 @@ contains
       end associate
    end function stretch_along
 
-   !> Where a number stands in a rising list; 0: nowhere.
+   !> Index of a number in a rising list; 0 if absent.
    pure integer function place_of(list, number) result(place)
       integer(i8), intent(in) :: list(:), number
       integer :: low, high

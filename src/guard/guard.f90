@@ -1,10 +1,10 @@
-!> Guards a run: looks whether the state after a step can be trusted, keeps a copy of the last one that could,
-!> and where a step has met a fault goes back to it and takes smaller steps (doc/developer/theory.md, Guard).
+!> Failure detection and recovery: checks the state after a step, keeps a copy of the last good one, and after
+!> an error rolls back to it and continues with smaller steps (doc/developer/theory.md, Guard).
 !>
-!> What each level's step checks by itself (g2p_stage and stress_stage, contact): positions and stresses that
-!> are numbers, volumes above 0, ways of at most half a cell, contact problems that are solved. Here: the time
-!> step after each step, and every so many steps, and before anything is written, all fields of all particles
-!> and the balance of energy.
+!> Each level's step checks by itself (g2p_stage and stress_stage, contact): finite positions and stresses,
+!> volumes above 0, displacements of at most half a cell, convergence of contact. Here: the time step after
+!> each step, and every `save_every` steps, and before output, all fields of all particles and the balance of
+!> energy.
 module m_guard
    use m_kinds, only: wp, i8
    use m_constants, only: exit_numerical
@@ -22,27 +22,26 @@ module m_guard
    private
    public :: guard_t
 
-   integer, parameter, public :: guard_facts = 6 !< what a run that goes on from a checkpoint must know of the
-                                                 !< guard
+   integer, parameter, public :: guard_facts = 6 !< values of the guard's state in a checkpoint
 
    type :: guard_t
       private
       type(guard_spec_t) :: spec
       type(saved_state_t) :: saved
-      logical :: saves = .false.          !< a copy is kept: there is room for it
-      real(wp) :: free = 0.0_wp           !< memory of the machines when the program began, bytes
+      logical :: saves = .false.          !< a copy is kept: memory suffices
+      real(wp) :: free = 0.0_wp           !< free memory of the machines when the program started, bytes
       integer :: row = 0                  !< of the timers
-      real(wp) :: quiet = 0.0_wp          !< energies below this are not judged, J
+      real(wp) :: quiet = 0.0_wp          !< energies below this are not checked, J
       real(wp) :: first_step = 0.0_wp     !< the first explicit time step, s; 0: none yet
       integer(i8) :: checked = 0           !< step of the last check of all fields
-      logical :: implicit = .false.       !< the next step is: a copy costs little beside such a step
-      logical :: clean = .true.           !< no energy to speak of had come from nowhere at that check
-      integer(i8) :: apart_since = -1     !< step from which works have been too far apart; -1: they are not
-      integer :: attempt = 0              !< times that the present trouble has been met; 0: none
-      logical :: gave_up = .false.        !< the model stands as in the copy
-      real(wp) :: until = 0.0_wp          !< time from which the given step is taken again, s
-      integer, public :: retries = 0  !< of the run
-      real(wp) :: last_retry = 0.0_wp     !< time of the last of them, s
+      logical :: implicit = .false.       !< the next step is implicit: a copy costs little beside such a step
+      logical :: clean = .true.           !< no notable spurious energy at that check
+      integer(i8) :: apart_since = -1     !< first step at which works differed too much; -1: they do not
+      integer :: attempt = 0              !< retries of the present error; 0: none
+      logical :: gave_up = .false.        !< the run has ended and the model is restored from the copy
+      real(wp) :: until = 0.0_wp          !< time up to which the reduced step is used, s
+      integer, public :: retries = 0      !< number of retries of the run
+      real(wp) :: last_retry = 0.0_wp     !< time of the last retry, s
    contains
       procedure :: start
       procedure :: facts
@@ -63,18 +62,20 @@ module m_guard
       procedure :: summary
    end type guard_t
 
-   real(wp), parameter :: clean_share = 0.1_wp !< of the limit of energy
-   real(wp), parameter :: largest_part = 0.5_wp !< of the free memory that the copies may take
-   real(wp), parameter :: quiet_share = 1.0e-10_wp !< of mass times squared wave speed: while loads only
-                                                   !< begin, work lags by half a step
-   real(wp), parameter :: unsettled = 100.0_wp !< times that: below, works are not compared
-   integer, parameter :: settling = 20         !< steps that works may be apart while a load or a touch begins
-   integer, parameter :: max_doublings = 10   !< of the way that smaller steps are taken past a fault
-   integer, parameter :: longest_wait = 10     !< for a clean state, in save_every
+   real(wp), parameter :: clean_share = 0.1_wp !< of the energy limit
+   real(wp), parameter :: largest_part = 0.5_wp !< of the free memory: limit for the copies
+   real(wp), parameter :: quiet_share = 1.0e-10_wp !< of mass times squared wave speed: at the onset of loads
+                                                   !< work lags by half a step
+   real(wp), parameter :: unsettled = 100.0_wp !< multiple of that: below it works are not compared
+   integer, parameter :: settling = 20         !< steps for which works may differ at the onset of a load or
+                                               !< contact
+   integer, parameter :: max_doublings = 10   !< of the time for which smaller steps are used beyond an error
+   integer, parameter :: longest_wait = 10     !< for a clean state, in units of save_every
 
 contains
 
-   !> Collective: when the model stands as the run begins. All ranks must have room for their copies.
+   !> Collective: initialise when the model is in the run's initial state. All ranks must have room for their
+   !> copies.
    subroutine start(self, spec, model, time_step)
       class(guard_t), intent(inout) :: self
       type(guard_spec_t), intent(in) :: spec
@@ -82,7 +83,8 @@ contains
       real(wp), intent(in) :: time_step !< the first, s
       type(sums_t) :: sums
       self%spec = spec
-      if (model%has_statics) then ! energies are off by what long steps are, and no sign of a fault
+      if (model%has_statics) then ! energies have integration errors of long steps, which are no sign of an
+                                  ! error
          self%spec%energy_limit = 0.0_wp
          self%spec%work_limit = 0.0_wp
       end if
@@ -97,14 +99,14 @@ contains
       self%quiet = quiet_share*sums%mass*model%bounds%wave_speed**2
    end subroutine start
 
-   !> Collective: whether the copies of all ranks fit into what the scene allows.
+   !> Collective: true when the copies of all ranks fit within the scene's memory limit.
    logical function fits(self, model)
       class(guard_t), intent(in) :: self
       type(model_t), intent(in) :: model
       fits = model%communicator%maximum(real(copy_bytes(model), wp)) <= self%spec%memory
    end function fits
 
-   !> Memory that the copies of all ranks take, bytes; collective.
+   !> Collective: memory of the copies of all ranks, bytes.
    real(wp) function kept_bytes(self, model)
       class(guard_t), intent(in) :: self
       type(model_t), intent(in) :: model
@@ -112,7 +114,7 @@ contains
       if (self%saves) kept_bytes = model%communicator%sum_real(real(copy_bytes(model), wp))
    end function kept_bytes
 
-   !> Bytes of the copy of this rank's particles, with what they may grow by.
+   !> Bytes of the copy of this rank's particles, with room for growth.
    pure integer(i8) function copy_bytes(model)
       type(model_t), intent(in) :: model
       associate (particles => model%particle_count())
@@ -121,7 +123,7 @@ contains
       end associate
    end function copy_bytes
 
-   !> For a checkpoint.
+   !> The guard's state for a checkpoint.
    pure function facts(self) result(values)
       class(guard_t), intent(in) :: self
       real(wp) :: values(guard_facts)
@@ -130,7 +132,7 @@ contains
                 real(self%apart_since, wp)]
    end function facts
 
-   !> From a checkpoint.
+   !> Restore the guard's state from a checkpoint.
    pure subroutine remember(self, values)
       class(guard_t), intent(inout) :: self
       real(wp), intent(in) :: values(guard_facts)
@@ -142,7 +144,7 @@ contains
       self%apart_since = nint(max(-1.0_wp, min(values(6), 1.0e18_wp)), i8)
    end subroutine remember
 
-   !> Collective: what the guard will do, for the first lines of a run.
+   !> Collective: a description of the guard's settings, for the introduction of a run.
    function sentence(self, model) result(text)
       class(guard_t), intent(in) :: self
       type(model_t), intent(in) :: model
@@ -169,26 +171,26 @@ contains
       end if
    end function sentence
 
-   !> The share of the given time step that is to be taken now.
+   !> The factor of the given time step to be used now.
    pure real(wp) function share(self)
       class(guard_t), intent(in) :: self
       share = 0.5_wp**self%attempt
    end function share
 
-   !> Collective: after each step. Past a trouble the given steps are taken again; a time step that has become
-   !> very small is a fault.
+   !> Collective: after each step. Beyond an error the full step is used again; a time step that has become
+   !> very small is an error.
    subroutine check_step(self, model, time_step, implicit, error)
       class(guard_t), intent(inout) :: self
       type(model_t), intent(in) :: model
-      real(wp), intent(in) :: time_step !< the next one, without the share, s
-      logical, intent(in) :: implicit   !< it is; such steps have a limit of their own
+      real(wp), intent(in) :: time_step !< the next one, without the reduction factor, s
+      logical, intent(in) :: implicit   !< the next step is implicit; such steps have a limit of their own
       type(error_t), intent(inout) :: error
       if (self%attempt > 0 .and. model%time >= self%until) then
          self%attempt = 0
-         self%checked = model%step - self%spec%save_every ! check now, and keep what has been won
+         self%checked = model%step - self%spec%save_every ! check now, and save the state
       end if
       self%implicit = implicit
-      if (implicit) then ! its length is no measure of an explicit step
+      if (implicit) then ! an implicit step is no reference for explicit ones
          self%first_step = 0.0_wp
       else if (self%first_step <= 0.0_wp) then
          self%first_step = time_step
@@ -201,14 +203,14 @@ contains
                 recoverable=.true.)
    end subroutine check_step
 
-   !> True when all fields are to be checked at after this step.
+   !> True when all fields must be checked after this step.
    pure logical function check_is_due(self, model)
       class(guard_t), intent(in) :: self
       type(model_t), intent(in) :: model
       check_is_due = self%implicit .or. model%step - self%checked >= self%spec%save_every
    end function check_is_due
 
-   !> Collective: all fields of all particles, and the energy.
+   !> Collective: check all fields of all particles, and the energy.
    subroutine check(self, model, balance, error)
       class(guard_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
@@ -229,11 +231,11 @@ contains
       call model%timers%leave()
    end subroutine check
 
-   !> Collective: energy must not come from nowhere. What is lost is no fault: PIC and contact lose some.
+   !> Collective: check for spurious energy growth. Losses are no error: PIC and contact dissipate.
    subroutine check_energy(self, model, balance, error)
       class(guard_t), intent(in) :: self
       type(model_t), intent(in) :: model
-      type(balance_t), intent(in) :: balance !< the same on all ranks, but for last bits
+      type(balance_t), intent(in) :: balance !< the same on all ranks, up to round-off
       type(error_t), intent(inout) :: error
       real(wp) :: largest
       largest = max(balance%largest, self%quiet)
@@ -247,13 +249,13 @@ contains
       end if
    end subroutine check_energy
 
-   !> Collective: the work that loads are said to do must be what they do on the particles, but for the first
-   !> steps of a load or a touch. Smaller steps would not change it.
+   !> Collective: check that the work of loads equals their work on the particles, except in the first steps
+   !> of a load or contact. Smaller steps would not change a difference.
    subroutine check_work(self, model, balance, ends, error)
       class(guard_t), intent(inout) :: self
       type(model_t), intent(in) :: model
-      type(balance_t), intent(in) :: balance !< the same on all ranks, but for last bits
-      logical, intent(in) :: ends !< the scene does with this step: it is checked at for the last time
+      type(balance_t), intent(in) :: balance !< the same on all ranks, up to round-off
+      logical, intent(in) :: ends !< the scene ends with this step: last check
       type(error_t), intent(inout) :: error
       associate (apart => max(abs(balance%effects_apart), merge(0.0_wp, abs(balance%tools_apart), &
                                                                 model%has_statics)))
@@ -272,7 +274,7 @@ contains
       end associate
    end subroutine check_work
 
-   !> Work of the loads whose two figures are further apart.
+   !> Message on the work of the loads whose two values differ more.
    function work_text(balance) result(text)
       type(balance_t), intent(in) :: balance
       character(len=:), allocatable :: text
@@ -283,9 +285,9 @@ contains
       end if
    end function work_text
 
-   !> Collective: keep a copy of a state that has passed the check, unless the run is still within the fault
-   !> for which it rolled back, or the energy has begun to grow; but not for long. `written`: this state is on
-   !> the disk and must not be written there again, so the copy must be made.
+   !> Collective: copy a state that has passed the check, unless the run is still in a retry or has slight
+   !> spurious energy; the latter delays a copy only for a limited time. `written`: this state is on the disk
+   !> and must not be written again, so the copy is made in any case.
    subroutine save(self, model, balance, written)
       class(guard_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
@@ -306,16 +308,16 @@ contains
       call model%timers%leave()
    end subroutine save
 
-   !> True when smaller steps from the copy may get past a fault, and have not been tried too often.
+   !> True when an error may be overcome by smaller steps from the copy, and retries remain.
    pure logical function can_go_back(self, error)
       class(guard_t), intent(in) :: self
       type(error_t), intent(in) :: error
       can_go_back = error%recoverable .and. self%saved%holds .and. self%attempt < self%spec%retries
    end function can_go_back
 
-   !> Collective: back to the copy, and from there steps half as long as before, past the fault and as far
-   !> again, with each further retry of a run twice as far: what is unstable at the given step is so again.
-   !> Takes the error away; `report` says what happened.
+   !> Collective: roll back to the copy and halve the steps until as far beyond the error as it is from the
+   !> copy, with each further retry of a run twice as far: what is unstable at the full step would fail again.
+   !> Clears the error; `report` describes it.
    subroutine go_back(self, model, balance, error, report)
       class(guard_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
@@ -340,13 +342,13 @@ contains
       call model%timers%leave()
    end subroutine go_back
 
-   !> Collective: the run ends; the model stands as in the copy, if there is one, and the sentence says so.
+   !> Collective: the run ends; the model is restored from the copy, if there is one, and the message says so.
    subroutine give_up(self, model, balance, error, stands)
       class(guard_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
       type(balance_t), intent(inout) :: balance
       type(error_t), intent(inout) :: error
-      logical, intent(out) :: stands !< the model is one that can be written
+      logical, intent(out) :: stands !< the model is valid for output
       stands = self%saved%holds
       if (.not. stands) return
       if (self%attempt > 0) error%message = error%message//'; '//count_text(self%attempt)// &
@@ -356,14 +358,14 @@ contains
       self%gave_up = .true.
    end subroutine give_up
 
-   !> True when the copy is of the model as it stands.
+   !> True when the copy is of the model's present step.
    pure logical function has_saved(self, model)
       class(guard_t), intent(in) :: self
       type(model_t), intent(in) :: model
       has_saved = self%saved%holds .and. self%saved%step == model%step
    end function has_saved
 
-   !> What happened, for the closing summary.
+   !> A summary of the retries, for the closing summary.
    function summary(self) result(text)
       class(guard_t), intent(in) :: self
       character(len=:), allocatable :: text
