@@ -1,4 +1,4 @@
-!> What a scene would take if it were set up otherwise: the rows `what if` of a plan (theory.md, Forecast).
+!> Cost of a scene with other settings: the rows `what if` of a plan (theory.md, Forecast).
 module m_alternatives
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -14,24 +14,24 @@ module m_alternatives
    private
    public :: price_t, say_alternatives
 
-   !> What a run takes, and what it would take otherwise: the parts of its time, s, and of its memory, B.
+   !> The cost of a run: the parts of its time, s, and of its memory, B.
    type :: price_t
       real(wp) :: particles = 0.0_wp, blocks = 0.0_wp, contact = 0.0_wp, contact_points = 0.0_wp, &
                   output = 0.0_wp
       real(wp) :: base = 0.0_wp    !< libraries
       real(wp) :: stores = 0.0_wp  !< particles
-      real(wp) :: buffers = 0.0_wp !< copies of them, for the guard and to write them
+      real(wp) :: buffers = 0.0_wp !< copies of particles, for the guard and for output
       real(wp) :: tiles = 0.0_wp   !< node tiles
    contains
       procedure :: time
       procedure :: memory
    end type price_t
 
-   !> A box of finer cells, as one level more would have it.
+   !> A box of finer cells, as an additional level.
    type :: finer_t
       real(wp) :: lower(3) = 0.0_wp, upper(3) = 0.0_wp !< m
-      real(wp) :: particles = 0.0_wp !< that live in it now
-      real(wp) :: blocks = 0.0_wp    !< that it would have
+      real(wp) :: particles = 0.0_wp !< now in the box
+      real(wp) :: blocks = 0.0_wp    !< of the additional level
    end type finer_t
 
    integer, parameter :: offered(3) = [1, 8, 27] !< particles a cell
@@ -48,7 +48,7 @@ contains
       memory = self%base + self%stores + self%buffers + self%tiles
    end function memory
 
-   !> Collective: time and memory of the scene set up otherwise.
+   !> Collective: print time and memory of the scene with other settings.
    subroutine say_alternatives(console, scene, model, found, price, figures)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
@@ -81,7 +81,7 @@ contains
       type(console_t), intent(inout) :: console
       type(figures_t), intent(inout) :: figures
       character(len=*), intent(in) :: name
-      type(price_t), intent(in) :: what, price !< otherwise, and as it is
+      type(price_t), intent(in) :: what, price !< with other settings, and as it is
       type(figures_t) :: row
       character(len=52) :: label
       label = name
@@ -94,7 +94,7 @@ contains
                         //in_column(what%memory()/price%memory(), 8, 2))
    end subroutine say
 
-   !> Eight times as many particles and twice the steps, with so many times as many blocks.
+   !> Eight times as many particles and twice the steps, with `growth` times as many blocks.
    pure type(price_t) function half_the_cell(price, growth) result(other)
       type(price_t), intent(in) :: price
       real(wp), intent(in) :: growth
@@ -109,7 +109,7 @@ contains
       other%tiles = growth*price%tiles
    end function half_the_cell
 
-   !> How much less a step gets by the tools' speed than at a tenth of it: with a given step not at all.
+   !> Factor on the time step from a tenth of the tools' speed to the full speed; with a given step 1.
    pure real(wp) function step_by_speed(scene, model) result(factor)
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
@@ -127,8 +127,7 @@ contains
       factor = (wave + 0.1_wp*speed)/(wave + speed)
    end function step_by_speed
 
-   !> Collective: so many particles a cell in all bodies: their number, and what one costs where so many share
-   !> a cell.
+   !> Collective: `number` particles a cell in all bodies: their number, and the cost of one.
    type(price_t) function with_particles(price, scene, model, number) result(other)
       type(price_t), intent(in) :: price
       type(scene_t), intent(in) :: scene
@@ -166,7 +165,7 @@ contains
          blocks = box%blocks/real(max(1_i8, model%communicator%sum_count(int(size(level%blocks), i8))), wp)
       end associate
       other = price
-      ! 8 for 1, twice the steps, less themselves
+      ! eight times the particles, twice the steps, minus the present ones
       other%particles = price%particles + steps*finest(size(finest))*share*15.0_wp
       other%blocks = price%blocks + 2.0_wp*blocks*price%blocks*block_share(found%rates)
       if (size(scene%tools) > 0) then
@@ -182,7 +181,7 @@ contains
                           kind=i8)) ! `restricted`
    end function one_level_more
 
-   !> Share of the work with blocks that the finest level has.
+   !> The finest level's share of the work with blocks.
    pure real(wp) function block_share(rates) result(share)
       type(rates_t), intent(in) :: rates
       integer :: n
@@ -191,7 +190,7 @@ contains
       if (sum(rates%rows) > 0.0_wp) share = sum(rates%rows(:, n))/sum(rates%rows)
    end function block_share
 
-   !> Collective: blocks of all levels.
+   !> Collective: number of blocks of all levels.
    real(wp) function all_blocks(model)
       type(model_t), intent(in) :: model
       integer :: l
@@ -201,7 +200,7 @@ contains
 
    pure type(price_t) function scaled(price, factor)
       type(price_t), intent(in) :: price
-      real(wp), intent(in) :: factor !< more steps
+      real(wp), intent(in) :: factor !< factor on the number of steps
       scaled = price
       scaled%particles = factor*price%particles
       scaled%blocks = factor*price%blocks
@@ -209,8 +208,8 @@ contains
       scaled%contact_points = factor*price%contact_points
    end function scaled
 
-   !> Collective: particles a cell, over all particles: what their numbers would be with one a cell, from
-   !> those of each body.
+   !> Collective: particles a cell, averaged over all particles, from the numbers of each body scaled to one a
+   !> cell.
    real(wp) function mean_particles_per_cell(scene, model) result(mean)
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
@@ -232,7 +231,7 @@ contains
       mean = real(sum(of_body), wp)/cells
    end function mean_particles_per_cell
 
-   !> Collective: how many times as many blocks with particles there would be with cells half as large.
+   !> Collective: growth of the number of blocks with particles if cells are half as large.
    real(wp) function blocks_at_half_cell(model) result(growth)
       type(model_t), intent(in) :: model
       real(wp) :: now, then
@@ -248,7 +247,7 @@ contains
       growth = max(1.0_wp, then/now)
    end function blocks_at_half_cell
 
-   !> Collective: blocks of cells half as large that the particles of a level inside a box would be in.
+   !> Collective: number of blocks with cells half as large that contain particles of a level inside a box.
    real(wp) function finer_blocks(level, model, lower, upper) result(blocks)
       type(level_t), intent(in) :: level
       type(model_t), intent(in) :: model

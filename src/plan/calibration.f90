@@ -1,5 +1,5 @@
-!> Measures what a step of a model costs on the ranks at hand. The model is spent afterwards: its tools have
-!> been where they never will be.
+!> Measurement of the cost of a step of a model on the available ranks. The model is unusable afterwards: its
+!> tools have been moved to fictitious positions.
 module m_calibration
    use mpi_f08, only: MPI_COMM_SELF
    use m_box, only: box_t
@@ -24,39 +24,39 @@ module m_calibration
    private
    public :: calibrate, calibration_t, sample_cost
 
-   !> What was measured, and with how much.
+   !> The measured costs, and the sample they are from.
    type :: calibration_t
       type(rates_t) :: rates
       type(prospect_t) :: prospect             !< of the whole scene
-      integer :: steps = 0                     !< timed with the tools where they begin
+      integer :: steps = 0                     !< timed with the tools at their start
       integer :: pressed_steps = 0             !< timed with the tools pressed in
-      real(wp) :: pressed_time = 0.0_wp        !< where tools stood then, as time of the scene, s
-      real(wp) :: pressed_points = 0.0_wp      !< contact points in each of those
-      real(wp) :: seconds = 0.0_wp             !< that all this took
-      real(wp) :: processor = 0.0_wp           !< of these, those that the processors worked for it: mean of
-                                               !< the ranks
+      real(wp) :: pressed_time = 0.0_wp        !< time of the scene at which tools had that position, s
+      real(wp) :: pressed_points = 0.0_wp      !< contact points in each of those steps
+      real(wp) :: seconds = 0.0_wp             !< duration of the calibration, s
+      real(wp) :: processor = 0.0_wp           !< processor time of that: mean of the ranks
       real(wp) :: snapshot_bytes = 0.0_wp      !< of the numbers of one snapshot, of all ranks
       real(wp) :: file_bytes = 0.0_wp          !< of its files, all formats together
-      real(wp) :: writing_bytes = 0.0_wp       !< of memory that writing it takes besides, of all ranks
-      real(wp) :: library_bytes = 0.0_wp       !< and that the libraries for it take
-      character(len=:), allocatable :: trouble !< why contact was not measured pressed in; empty: it was, or
-                                               !< needs not be
+      real(wp) :: writing_bytes = 0.0_wp       !< additional memory for writing it, of all ranks
+      real(wp) :: library_bytes = 0.0_wp       !< and of the libraries for it
+      character(len=:), allocatable :: trouble !< why contact was not measured with tools pressed in; empty:
+                                               !< measured, or not needed
    end type calibration_t
 
-   real(wp), parameter :: enough = 1.0_wp      !< s of steps are timed, if they are not more than
+   real(wp), parameter :: enough = 1.0_wp      !< s: duration of the timed steps, up to a maximum number
    real(wp), parameter :: library = 5.0e6_wp !< bytes of HDF5 with MPI's files, a rank, when a file is written
                                              !< (performance.md)
-   real(wp), parameter :: few = 20.0_wp        !< contact points do not tell what each takes
+   real(wp), parameter :: few = 20.0_wp        !< too few contact points to determine the cost of one
    real(wp), parameter :: little = 1.0e-6_wp   !< cells
-   real(wp), parameter :: more = 1.5_wp        !< times as many contact points tell what each takes
+   real(wp), parameter :: more = 1.5_wp        !< ratio of contact points that suffices to determine the cost
+                                               !< of one
    real(wp), parameter :: at_most = 0.1_wp     !< of the steps of the scene
    integer, parameter :: max_steps = 300, min_steps = 4, warm_steps = 3, pressed = 8
 
 contains
 
-   !> Collective: cost of a step of the model as the scene begins, with all particles awake; then with the
-   !> tools pressed in. Steps that fail are an error, but for those with the tools pressed in, which are left
-   !> out.
+   !> Collective: cost of a step of the model at the start of the scene, with all particles moving; then with
+   !> the tools pressed in. Steps that fail are an error, except those with the tools pressed in, which are
+   !> left out.
    subroutine calibrate(found, scene, model, error)
       type(calibration_t), intent(out) :: found
       type(scene_t), intent(in) :: scene
@@ -70,8 +70,8 @@ contains
       if (.not. error%happened()) then
          time = model%time
          model%time = 0.0_wp
-         call predict_costs(found%prospect, scene, model) ! what rests is known only after some steps
-         ! the first
+         call predict_costs(found%prospect, scene, model) ! blocks at rest are known only after some steps
+         ! add the first
          if (found%prospect%snapshots > 0.0_wp) found%prospect%snapshots = found%prospect%snapshots + 1.0_wp
          model%time = time
          model%skip_at_rest = .false.
@@ -89,8 +89,8 @@ contains
       found%processor = model%communicator%sum_real(processor_time() - worked)/model%communicator%ranks
    end subroutine calibrate
 
-   !> Move all material a little: particles exactly half-way between nodes of two blocks belong to either, by
-   !> a rounding, and go to and fro in every step until something moves them.
+   !> Shift all material slightly: particles exactly half-way between nodes of two blocks may change block by
+   !> round-off in every step.
    subroutine nudge(model)
       type(model_t), intent(inout) :: model
       integer :: b, l, n, x
@@ -118,7 +118,7 @@ contains
       end do
    end subroutine warm_up
 
-   !> A step (s) that is not for its own sake: so short that the scene is not over before all have been timed.
+   !> A step (s) for timing only: so short that the scene does not end before all have been timed.
    pure real(wp) function timed_step(scene, model)
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
@@ -126,7 +126,7 @@ contains
             + 2*min_steps)))
    end function timed_step
 
-   !> Collective: steps until it has been long enough, then as many again, which count. `points`: contact
+   !> Collective: steps until the duration suffices, then as many again, which are timed. `points`: contact
    !> points in a step.
    subroutine time_steps(found, scene, model, points, error)
       type(calibration_t), intent(inout) :: found
@@ -138,7 +138,7 @@ contains
       real(wp) :: began, elapsed
       integer(i8) :: handled
       integer :: most, n
-      ! the scene must not be over by then
+      ! the scene must not end before
       most = max(min_steps, min(max_steps, nint(at_most*found%prospect%steps)))
       began = wall_time()
       do
@@ -160,8 +160,8 @@ contains
       points = real(model%contact%handled - handled, wp)/(found%steps*contact_steps(model))
    end subroutine time_steps
 
-   !> Collective: what the sums and the text of a row of the histories take, and the arrays of a snapshot and
-   !> their text. Nothing is written: the time of files and disks is not in it.
+   !> Collective: cost of the sums and the text of a row of the histories, and of the arrays of a snapshot and
+   !> their text. Nothing is written: the time of files and disks is not included.
    subroutine time_output(found, scene, model)
       type(calibration_t), intent(inout) :: found
       type(scene_t), intent(in) :: scene
@@ -197,7 +197,7 @@ contains
       largest = 0.0_wp
       do f = 1, size(snapshot%fields)
          bytes = bytes + 8.0_wp*size(snapshot%fields(f)%values)
-         ! each is copied into the order of the file
+         ! each is copied into file order
          largest = max(largest, 8.0_wp*size(snapshot%fields(f)%values))
       end do
       call choose_formats(scene%output%formats, formats)
@@ -213,7 +213,7 @@ contains
       found%library_bytes = model%communicator%ranks*library
    end subroutine time_output
 
-   !> Time (s) that one number takes to become text.
+   !> Time (s) to convert one number to text.
    real(wp) function text_cost()
       integer, parameter :: numbers = 20000
       character(len=25) :: text
@@ -225,24 +225,24 @@ contains
          write (text, '(es24.16e3)') sqrt(real(n, wp))
          length = length + len_trim(text)
       end do
-      ! what is not looked at might be left out
+      ! use the result, so that the loop is not optimised away
       text_cost = (wall_time() - began)/max(numbers, min(length, numbers))
    end function text_cost
 
-   !> Collective: contact with the tools as far in as there are then as many contact points as the scene will
-   !> have at most. The material has not made way: as many as lie inside.
+   !> Collective: cost of contact with the tools so far in that there are as many contact points as the scene
+   !> will have at most. The material is not displaced: the points inside the tools count.
    subroutine press(found, scene, model, points_before)
       type(calibration_t), intent(inout) :: found
       type(scene_t), intent(in) :: scene
       type(model_t), intent(inout) :: model
-      real(wp), intent(in) :: points_before !< contact points in a step where the tools begin
+      real(wp), intent(in) :: points_before !< contact points in a step with the tools at their start
       type(error_t) :: error
       type(timers_t) :: before
       real(wp) :: total, closest, time, touches, took(pressed)
       integer(i8) :: handled
       integer :: n
       associate (rates => found%rates)
-         ! as much contact as there will be: each has its share of it
+         ! as much contact as there will be: divide it by the points
          if (found%prospect%max_touches <= more*points_before) then
             if (points_before > 0.0_wp) then
                rates%contact_point = rates%contact/points_before
@@ -277,18 +277,19 @@ contains
          end if
          found%pressed_steps = pressed
          found%pressed_points = real(model%contact%handled - handled, wp)/(pressed*contact_steps(model))
-         ! one step may wait for something else
+         ! the median, as one step may be delayed
          total = model%communicator%sum_real(median(took))/model%communicator%ranks
          if (found%pressed_points < few) then
             rates%contact = max(rates%contact, total)
-         else if (found%pressed_points > more*points_before) then ! two points of a line, well apart
+         else if (found%pressed_points > more*points_before) then ! slope of a line through two distinct
+                                                                  ! points
             rates%contact_point = max(0.0_wp, (total - rates%contact)/(found%pressed_points - points_before))
             rates%contact = max(0.0_wp, rates%contact - points_before*rates%contact_point)
          end if
       end associate
    end subroutine press
 
-   !> The middle one of several values.
+   !> The median of several values.
    pure real(wp) function median(values)
       real(wp), intent(in) :: values(:)
       integer :: v
@@ -300,15 +301,15 @@ contains
       end do
    end function median
 
-   !> True when levels go with a tool.
+   !> True when levels follow a tool.
    pure logical function follows(model)
       type(model_t), intent(in) :: model
       follows = .false.
       if (allocated(model%level_specs)) follows = any(model%level_specs%follow > 0)
    end function follows
 
-   !> Time (s) that goes with a particle in a step, in a block of 16 x 16 x 16 cells of the scene's first
-   !> material, alone on each rank; the largest of all ranks.
+   !> Time (s) per particle and step, in a block of 16 x 16 x 16 cells of the scene's first material, alone on
+   !> each rank; the largest of all ranks.
    real(wp) function sample_cost(scene, communicator, particles_per_cell) result(each)
       type(scene_t), intent(in) :: scene
       type(communicator_t), intent(in) :: communicator

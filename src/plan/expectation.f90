@@ -1,5 +1,5 @@
-!> What a run expects of itself: time and memory to its end, told from its first steps. The closing summary
-!> says how far off it was.
+!> The expected time and memory of a run to its end, from its first steps. The closing summary compares them
+!> with the actual values.
 module m_expectation
    use m_kinds, only: wp, i8
    use m_machine, only: peak_memory
@@ -12,17 +12,17 @@ module m_expectation
    private
 
    real(wp), parameter :: enough_share = 0.05_wp   !< of the scene, or
-   real(wp), parameter :: enough_seconds = 5.0_wp  !< of steps in which
-   real(wp), parameter :: enough_awake = 0.7_wp    !< of the particle-steps had something to do; or, when
-   real(wp), parameter :: late_share = 0.2_wp      !< of the scene is over,
-   real(wp), parameter :: some_awake = 0.1_wp      !< of them: fewer tell nothing
+   real(wp), parameter :: enough_seconds = 5.0_wp  !< of steps, in which
+   real(wp), parameter :: enough_awake = 0.7_wp    !< this share of the particle-steps was active; or, when
+   real(wp), parameter :: late_share = 0.2_wp      !< this share of the scene is over,
+   real(wp), parameter :: some_awake = 0.1_wp      !< at least this share: fewer are not representative
    integer, parameter :: min_steps = 10
-   integer, parameter :: enough_points = 50 !< contact points in a step on average, for their cost to be told
-                                            !< from that
+   integer, parameter :: enough_points = 50 !< contact points in a step on average that suffice to determine
+                                            !< their cost
 
    type, public :: expectation_t
       logical :: made = .false.
-      integer(i8) :: step = 0                !< when it was made
+      integer(i8) :: step = 0                !< when the estimate was made
       real(wp) :: elapsed = 0.0_wp           !< wall-clock time then, s
       real(wp) :: total = 0.0_wp             !< expected to the end of the run, s
       real(wp) :: memory = 0.0_wp            !< expected, of all ranks, B
@@ -38,11 +38,11 @@ module m_expectation
 
 contains
 
-   !> Before the first step.
+   !> Initialise before the first step.
    subroutine start(self, model, elapsed)
       class(expectation_t), intent(inout) :: self
       type(model_t), intent(in) :: model
-      real(wp), intent(in) :: elapsed !< s since the program began
+      real(wp), intent(in) :: elapsed !< s since the program started
       self%first_step = model%step
       self%first_time = model%time
       self%first_output = model%timers%seconds(phase_output)
@@ -50,7 +50,7 @@ contains
       call self%open_window(model, elapsed)
    end subroutine start
 
-   !> From here on is measured.
+   !> Start the measurement window.
    subroutine open_window(self, model, elapsed)
       class(expectation_t), intent(inout) :: self
       type(model_t), intent(in) :: model
@@ -63,16 +63,16 @@ contains
       self%began = elapsed
    end subroutine open_window
 
-   !> Collective, after a step: when enough has been seen, tell the rest from it. Steps in which most of the
-   !> material is still at rest tell little of those to come, and are forgotten.
+   !> Collective, after a step: when enough has been measured, estimate the remaining time. Steps with most of
+   !> the material at rest are not representative, and are discarded.
    subroutine update(self, scene, model, elapsed)
       class(expectation_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
-      real(wp), intent(in) :: elapsed !< s since the program began
+      real(wp), intent(in) :: elapsed !< s since the program started
       real(wp) :: share, seen, resting, awake
       if (self%made) return
-      if (model%step < self%window_step) call self%open_window(model, elapsed) ! the guard has gone back
+      if (model%step < self%window_step) call self%open_window(model, elapsed) ! the guard has rolled back
       if (model%step < self%next_look .or. model%step == self%window_step) return
       self%next_look = max(model%step + min_steps, self%first_step + 6*(model%step - self%first_step)/5)
       seen = real(model%communicator%sum_count(model%particle_steps - self%particle_steps), wp)
@@ -87,13 +87,14 @@ contains
       end if
    end subroutine update
 
-   !> Collective: the steps so far go on, with blocks that wake and, where contact has begun, more of it.
+   !> Collective: extrapolate the steps so far, with blocks that start to move and, where contact has begun,
+   !> more of it.
    subroutine make(self, scene, model, elapsed, awake)
       type(expectation_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
       real(wp), intent(in) :: elapsed
-      real(wp), intent(in) :: awake !< share of the particle-steps
+      real(wp), intent(in) :: awake !< active share of the particle-steps
       type(rates_t) :: rates
       type(prospect_t) :: prospect
       real(wp) :: points, seconds(5), spent, done, written, bytes(2)

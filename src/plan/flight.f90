@@ -1,6 +1,6 @@
-!> Where bodies in flight will be: the blocks that they enter and the particles that they split into
-!> (doc/developer/theory.md, Forecast). Each is taken to keep its shape and the velocity that its scene gives
-!> it.
+!> Prediction of bodies in free flight: the blocks that they enter and the particles that they split into
+!> (doc/developer/theory.md, Forecast). Each body is assumed to keep its shape and the velocity given in the
+!> scene.
 module m_flight
    use mpi_f08
    use m_kinds, only: wp
@@ -12,41 +12,42 @@ module m_flight
    private
    public :: follow_flight, flight_t
 
-   !> Of all ranks: how many there are now, and at most until the scene ends; and how many times as much as
-   !> now there is to do in a step of the coarsest level, on average until then.
+   !> Sums over all ranks: present numbers, and the maximum until the scene ends; and the ratio of the average
+   !> work of a step of the coarsest level until then to the present one.
    type :: flight_t
       real(wp) :: blocks = 1.0_wp, max_blocks = 1.0_wp
       real(wp) :: particles = 1.0_wp, max_particles = 1.0_wp
-      real(wp) :: block_load = 1.0_wp    !< of what goes with blocks
-      real(wp) :: particle_load = 1.0_wp !< of what goes with particles
+      real(wp) :: block_load = 1.0_wp    !< of work proportional to blocks
+      real(wp) :: particle_load = 1.0_wp !< of work proportional to particles
       real(wp) :: particle_steps = 0.0_wp !< in a step of the coarsest level, on average
    contains
       procedure :: changes
    end type flight_t
 
-   !> What a block holds of one body.
+   !> The part of one body in a block.
    type :: flyer_t
       real(wp) :: low(3) = huge(1.0_wp), high(3) = -huge(1.0_wp) !< bounds of the particles' centres, m
       real(wp) :: velocity(3) = 0.0_wp !< m/s
       real(wp) :: particles = 0.0_wp
-      integer :: level = 1 !< where they live now
+      integer :: level = 1 !< level of the particles now
       integer :: field = 1 !< their velocity field
    end type flyer_t
 
-   real(wp), parameter :: stride = 2.0_wp !< of the fastest body from one moment to the next, in cells of the
+   real(wp), parameter :: stride = 2.0_wp !< travel of the fastest body between two samples, in cells of the
                                           !< finest level: a quarter of a block
    integer, parameter :: max_moments = 1000
-   integer, parameter :: max_counts = 20   !< of the blocks that are visited at a time, over all ranks
+   integer, parameter :: max_counts = 20   !< samples for which visited blocks are counted together, over all
+                                           !< ranks
 
 contains
 
-   !> True when there will be more of either.
+   !> True when either number will grow.
    pure logical function changes(self)
       class(flight_t), intent(in) :: self
       changes = self%max_blocks > self%blocks .or. self%max_particles > self%particles
    end function changes
 
-   !> Collective: follow all bodies from where they are to the end of the scene.
+   !> Collective: follow all bodies from their present positions to the end of the scene.
    type(flight_t) function follow_flight(scene, model) result(flight)
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
@@ -99,13 +100,13 @@ contains
       call add_parents(model%levels, there)
       flight%max_blocks = count(there >= 0)
       flight%max_particles = max(flight%particles, maxval(held))
-      ! bodies that meet do not share theirs
+      ! bodies in contact do not share their blocks
       flight%block_load = max(1.0_wp, sum(visited(:n - 1))/(n*max(1.0_wp, visited(0))))
       flight%particle_load = sum(steps)/(size(steps)*max(1.0_wp, steps(0)))
       flight%particle_steps = flight%particle_load*flight%particle_steps
    end function follow_flight
 
-   !> What this rank's blocks hold, body by body.
+   !> The parts of bodies in this rank's blocks.
    function all_flyers(scene, model) result(flyers)
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
@@ -136,8 +137,8 @@ contains
       end do
    end function all_flyers
 
-   !> Mark the blocks that a part of a body is in when it has gone so far; the level where it lives then, and
-   !> how many particles it is there: eight for one, level by level.
+   !> Mark the blocks that a part of a body occupies after a displacement; also the level where it lives then,
+   !> and its number of particles there: eight times as many per level.
    subroutine mark_blocks(model, flyer, way, entered, particles, home)
       type(model_t), intent(in) :: model
       type(flyer_t), intent(in) :: flyer
@@ -147,7 +148,7 @@ contains
       integer, intent(out) :: home
       real(wp) :: low(3), high(3), low_there(3), high_there(3)
       integer :: l
-      associate (grid => model%levels(1)%grid) ! at its sides what flies is held, or the run ends
+      associate (grid => model%levels(1)%grid) ! at its sides a body is stopped, or the run ends
          low = min(max(flyer%low + way, grid%lower), grid%upper - (flyer%high - flyer%low))
       end associate
       high = low + (flyer%high - flyer%low)

@@ -1,5 +1,5 @@
-!> What is still to come in a run: contact points as tools go in, blocks that wake, and the time that measured
-!> costs make of them (doc/developer/theory.md, Forecast).
+!> Forecast of a run: contact points as tools move in, blocks that start to move, and the time by measured
+!> costs (doc/developer/theory.md, Forecast).
 module m_forecast
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -15,32 +15,33 @@ module m_forecast
    public :: rates_t, prospect_t, rates_of, predict_costs, contact_points, contact_steps, particle_rows, &
              model_bytes
 
-   integer, parameter :: halvings = 6       !< of one of them, to find when tools touch
-   real(wp), parameter :: many = 1.0e15_wp  !< snapshots: more are not counted
-   integer, parameter, public :: parts = 20 !< of the time to come, each with its own number of contact points
+   integer, parameter :: halvings = 6       !< of a part, to find when tools first touch
+   real(wp), parameter :: many = 1.0e15_wp  !< snapshots: an upper limit of the count
+   integer, parameter, public :: parts = 20 !< of the remaining time, each with its own number of contact
+                                            !< points
 
-   !> Wall-clock time that one step of the coarsest level takes, with all that it steps in it. The seconds of
-   !> rows are means over the ranks.
+   !> Wall-clock time of one step of the coarsest level, with the steps of all finer levels in it. The seconds
+   !> of rows are means over the ranks.
    type :: rates_t
-      real(wp), allocatable :: rows(:, :)   !< of the timers, by level, s: (rows, levels); contact left out
-      real(wp) :: step = 0.0_wp             !< all of it without contact, waiting included, s
-      real(wp) :: contact = 0.0_wp          !< looking for contact, without any contact point, s
-      real(wp) :: contact_point = 0.0_wp !< each contact point, in all the steps that the finest level takes
-                                         !< meanwhile, s
-      real(wp) :: history = 0.0_wp          !< a row of the histories, s
-      real(wp) :: snapshot = 0.0_wp         !< a snapshot, s
+      real(wp), allocatable :: rows(:, :)   !< of the timers, by level, s: (rows, levels); without contact
+      real(wp) :: step = 0.0_wp             !< total without contact, waiting included, s
+      real(wp) :: contact = 0.0_wp          !< search for contact, without any contact point, s
+      real(wp) :: contact_point = 0.0_wp !< per contact point, over all steps of the finest level in the
+                                         !< coarse step, s
+      real(wp) :: history = 0.0_wp          !< per row of the histories, s
+      real(wp) :: snapshot = 0.0_wp         !< per snapshot, s
    contains
       procedure :: particles
       procedure :: blocks
    end type rates_t
 
-   !> What is to come between two times of a scene.
+   !> The amount of work between two times of a scene.
    type :: prospect_t
       real(wp) :: steps = 0.0_wp            !< of the coarsest level
       real(wp) :: touches = 0.0_wp          !< contact points, summed over those steps
-      real(wp) :: max_touches = 0.0_wp     !< at once
-      real(wp) :: rest = 0.0_wp !< particle-steps of blocks at rest, over the particle-steps of all: at most 1
-      real(wp) :: rows = 0.0_wp             !< of histories
+      real(wp) :: max_touches = 0.0_wp     !< maximum at one time
+      real(wp) :: rest = 0.0_wp !< particle-steps of blocks at rest, over those of all: at most 1
+      real(wp) :: rows = 0.0_wp             !< rows of histories
       real(wp) :: snapshots = 0.0_wp
       type(flight_t) :: flight
    contains
@@ -49,7 +50,7 @@ module m_forecast
 
 contains
 
-   !> True for the rows whose work goes with the particles: four phases, and effects.
+   !> True for the rows whose work is proportional to the particles: four phases, and effects.
    pure function particle_rows(rows, names) result(goes)
       integer, intent(in) :: rows
       character(len=*), intent(in) :: names(:)
@@ -61,7 +62,7 @@ contains
              .or. names == 'guard') goes = .false.
    end function particle_rows
 
-   !> Time a step of what goes with the particles, on each level, s.
+   !> Time per step of the work proportional to particles, on each level, s.
    pure function particles(self, names) result(seconds)
       class(rates_t), intent(in) :: self
       character(len=*), intent(in) :: names(:) !< of the rows
@@ -72,16 +73,15 @@ contains
       end do
    end function particles
 
-   !> Time a step of everything else but contact, s: it goes with the blocks.
+   !> Time per step of all other work except contact, s: proportional to blocks.
    pure real(wp) function blocks(self, names)
       class(rates_t), intent(in) :: self
       character(len=*), intent(in) :: names(:)
       blocks = max(0.0_wp, self%step - sum(self%particles(names)))
    end function blocks
 
-   !> Collective: what `steps` steps have cost, from the timers before and after them and the time that went
-   !> by. `awake` is the share of the particle-steps that had anything to do: the rates are those of particles
-   !> that all have.
+   !> Collective: the cost of `steps` steps, from the timers before and after them and the elapsed time.
+   !> `awake` is the active share of the particle-steps: the rates are those of active particles.
    subroutine rates_of(rates, model, before, steps, elapsed, awake)
       type(rates_t), intent(inout) :: rates
       type(model_t), intent(in) :: model
@@ -120,8 +120,8 @@ contains
       end do
    end subroutine scale_up
 
-   !> Collective: what is to come from the model's time to the end of the scene, its tools where they will be
-   !> in the material as it is. Tools that loads push stay where they are.
+   !> Collective: the work from the model's time to the end of the scene, with tools at their future positions
+   !> in the material as it is. Load-driven tools do not move.
    subroutine predict_costs(prospect, scene, model)
       type(prospect_t), intent(out) :: prospect
       type(scene_t), intent(in) :: scene
@@ -152,21 +152,21 @@ contains
                                                     - int(model%time/every, i8), wp))
    end subroutine predict_costs
 
-   !> Times that contact is solved in a step of the coarsest level.
+   !> Number of contact solutions in a step of the coarsest level.
    pure real(wp) function contact_steps(model)
       type(model_t), intent(in) :: model
       contact_steps = 1.0_wp
       if (model%method%subcycle) contact_steps = 2.0_wp**(size(model%levels) - 1)
    end function contact_steps
 
-   !> Collective: how many particles of the finest level the tools touch at a time, the material being where
+   !> Collective: number of particles of the finest level touched by the tools at a time, with the material as
    !> it is: those whose contact point is within half an edge of a tool's surface; and the distance (m) of the
    !> closest contact point from it.
    subroutine contact_points(model, time, touches, closest, inside)
       type(model_t), intent(in) :: model
       real(wp), intent(in) :: time !< s
       real(wp), intent(out) :: touches, closest
-      real(wp), intent(out), optional :: inside !< how many are further in too
+      real(wp), intent(out), optional :: inside !< number including those further in
       type(tool_t) :: tool
       real(wp) :: edge, gap, normal(3), reach
       integer(i8) :: reached, beyond
@@ -208,9 +208,9 @@ contains
       if (present(inside)) inside = real(model%communicator%sum_count(beyond), wp)
    end subroutine contact_points
 
-   !> Collective: the share of the particle-steps to come that blocks spend at rest. Motion goes on by one
-   !> cell a step, from the box around the blocks that move now; where none does, from where the tools will
-   !> touch.
+   !> Collective: the share of the remaining particle-steps spent by blocks at rest. Motion spreads by one
+   !> cell a step, from the bounding box of the moving blocks; if there is none, from the point where the
+   !> tools will touch.
    subroutine find_rest(prospect, scene, model)
       type(prospect_t), intent(inout) :: prospect
       type(scene_t), intent(in) :: scene
@@ -270,7 +270,7 @@ contains
       prospect%rest = sums(1)/sums(2)
    end subroutine find_rest
 
-   !> Time of all that, by the rates: all, particles of all levels, blocks, contact, output (s).
+   !> Time of that work by the rates: total, particles of all levels, blocks, contact, output (s).
    pure function seconds(self, rates, names) result(spent)
       class(prospect_t), intent(in) :: self
       type(rates_t), intent(in) :: rates

@@ -1,5 +1,5 @@
-!> mode='plan': what a run of the scene will take on these ranks, and what it would take if it were set up
-!> otherwise. Nothing is written but to the console.
+!> mode='plan': the expected cost of a run of the scene on these ranks, and with other settings. Only console
+!> output.
 module m_plan
    use m_kinds, only: wp, i8
    use m_text, only: to_text, si, duration
@@ -21,7 +21,8 @@ module m_plan
 
 contains
 
-   !> Collective: measure, and say. The model is spent afterwards. A scene whose first steps fail has no plan.
+   !> Collective: measure and print. The model is unusable afterwards. If the first steps of a scene fail
+   !> there is no plan.
    subroutine print_plan(console, scene, model, kept, figures, error)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
@@ -62,7 +63,7 @@ contains
       call console%line('planned: '//scene%title//'; nothing was run and nothing written')
    end subroutine print_plan
 
-   !> Collective: the figures of the scene as it is.
+   !> Collective: print the figures of the scene as it is.
    subroutine say_plan(console, scene, model, found, price, first)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
@@ -144,8 +145,8 @@ contains
       end associate
    end subroutine take_figures
 
-   !> Collective: predicted seconds by phase, effect and level, as the closing summary of a run has the real
-   !> ones.
+   !> Collective: print predicted seconds by phase, effect and level, as the closing summary of a run does for
+   !> the measured ones.
    subroutine say_table(console, model, found, price)
       type(console_t), intent(inout) :: console
       type(model_t), intent(in) :: model

@@ -1,5 +1,5 @@
-!> mode='plan' of a scene with quasi-static steps: its first steps are taken and timed, and the others counted
-!> by how tools, pressures and max_step let them go on. Nothing is written but to the console.
+!> mode='plan' of a scene with quasi-static steps: its first steps are taken and timed, and the number of the
+!> others is found from the limits of tools, pressures and max_step. Only console output.
 module m_static_plan
    use m_kinds, only: wp
    use m_text, only: to_text, si, duration
@@ -16,15 +16,15 @@ module m_static_plan
    public :: print_static_plan
 
    integer, parameter :: timed = 2            !< steps
-   integer, parameter :: max_steps = 100000  !< implicit ones that are counted
+   integer, parameter :: max_steps = 100000  !< limit of the count of implicit steps
    real(wp), parameter :: growth = 1.5_wp
-   real(wp), parameter :: tangent_reals = 67.5_wp !< a particle: gradient, stress, what acts of it; tangent,
-                                                  !< in single precision
+   real(wp), parameter :: tangent_reals = 67.5_wp !< per particle: gradient, stress, its external force;
+                                                  !< tangent, in single precision
 
 contains
 
-   !> Collective: measure, and say. The model is spent afterwards. A scene whose first steps have no
-   !> equilibrium has no plan.
+   !> Collective: measure and print. The model is unusable afterwards. If the first steps have no equilibrium
+   !> there is no plan.
    subroutine print_static_plan(console, scene, model, integrator, figures, error)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
@@ -90,9 +90,9 @@ contains
       if (steps > 0) text = ', '//to_text(steps)//' explicit'
    end function explicit_text
 
-   !> That steps of the other kind than the first ones are not in the time.
+   !> The note that steps of the other kind than the first ones are not included in the time.
    pure function untimed(starts, to_come) result(text)
-      logical, intent(in) :: starts !< with implicit steps
+      logical, intent(in) :: starts !< the first steps are implicit
       integer, intent(in) :: to_come(2)
       character(len=:), allocatable :: text
       text = ''
@@ -100,8 +100,8 @@ contains
          text = '; the '//trim(merge('explicit', 'implicit', starts))//' ones are not timed, and not in this'
    end function untimed
 
-   !> Collective: how many steps there are to the end, implicit and explicit: each implicit one longer than
-   !> the one before as far as it may be, explicit ones as long as the next one.
+   !> Collective: the number of remaining steps, implicit and explicit: implicit ones grow as fast as allowed,
+   !> explicit ones are all as long as the next one.
    subroutine count_to_come(scene, model, integrator, to_come)
       type(scene_t), intent(in) :: scene
       type(model_t), intent(inout) :: model
