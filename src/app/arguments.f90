@@ -1,4 +1,4 @@
-!> What stands behind the program's name on the command line.
+!> The command-line arguments.
 module m_arguments
    use m_constants, only: exit_input, program_version
    use m_errors, only: error_t, fail
@@ -8,12 +8,12 @@ module m_arguments
 
    type, public :: arguments_t
       character(len=:), allocatable :: scene   !< file of the scene; empty: standard input
-      character(len=:), allocatable :: restart !< directory of the run that is to go on; empty: none
-      character(len=:), allocatable :: json    !< file that the figures of the plan or run go to; empty: none
-      character(len=:), allocatable :: answer  !< all that is asked for is this text; empty: a run
+      character(len=:), allocatable :: restart !< directory of the run to be continued; empty: none
+      character(len=:), allocatable :: json    !< file for the figures of the plan or run; empty: none
+      character(len=:), allocatable :: answer  !< print this text only; empty: a run
       logical :: plans = .false.               !< as mode='plan' of &scene
-      logical :: schema = .false.              !< all that is asked for is what a scene may say
-      logical :: sections = .false.            !< the scene is to be written as the one that gives its section
+      logical :: schema = .false.              !< print the schema of scenes only
+      logical :: sections = .false.            !< print the scene converted to its section
    end type arguments_t
 
    character(len=*), parameter :: newline = new_line('a'), usage = &
@@ -37,7 +37,7 @@ module m_arguments
 
 contains
 
-   !> The arguments. All ranks have the same ones.
+   !> Read the arguments, the same on all ranks.
    subroutine read_arguments(arguments, error)
       type(arguments_t), intent(out) :: arguments
       type(error_t), intent(inout) :: error
@@ -66,13 +66,13 @@ contains
       end do
       if (arguments%sections .and. (arguments%plans .or. arguments%restart /= '')) call fail(error, &
          exit_input, '--section goes with a scene alone, not with --plan or --restart; '//usage)
-      n = max(1, verify(arguments%restart, '/', back=.true.)) ! slashes at the end are no part of the name
+      n = max(1, verify(arguments%restart, '/', back=.true.)) ! trailing slashes are not part of the name
       if (arguments%restart /= '') arguments%restart = arguments%restart(:n)
       if (arguments%restart /= '' .and. (arguments%scene /= '' .or. arguments%plans)) &
          call fail(error, exit_input, &
          '--restart goes with no scene and no --plan: the checkpoint has its scene; '//usage)
    contains
-      !> What stands behind an option.
+      !> Take the value after an option.
       subroutine take(value, what)
          character(len=:), allocatable, intent(out) :: value
          character(len=*), intent(in) :: what

@@ -1,4 +1,4 @@
-!> The last words of a run: what it cost, and what it is worth. The same stands in cost.dat.
+!> The closing summary of a run: its cost and its accuracy. Also written to cost.dat.
 module m_closing_summary
    use m_kinds, only: wp, i8
    use m_errors, only: error_t, fail
@@ -23,11 +23,11 @@ module m_closing_summary
    public :: summarise
 
    real(wp), parameter :: round_off = 1.0e-20_wp !< of mass times squared wave speed: strains of 1e-10
-   real(wp), parameter :: notable = 0.05_wp !< of the largest energy or work: what is apart or missing is said
+   real(wp), parameter :: notable = 0.05_wp !< of the largest energy or work: larger differences are reported
 
 contains
 
-   !> Collective: the closing summary and cost.dat.
+   !> Collective: print the closing summary and write cost.dat.
    subroutine summarise(console, scene, model, balance, course, expectation, guarded, retries, ranged, &
                         stepped, implicit_counts, figures, error)
       type(console_t), intent(inout) :: console
@@ -36,11 +36,11 @@ contains
       type(balance_t), intent(in) :: balance
       type(course_t), intent(in) :: course
       type(expectation_t), intent(in) :: expectation
-      character(len=*), intent(in) :: guarded !< what the guard says of the run
+      character(len=*), intent(in) :: guarded !< the guard's summary
       integer, intent(in) :: retries          !< after faults
-      character(len=*), intent(in) :: stepped !< how steps went; empty: as always
+      character(len=*), intent(in) :: stepped !< the integrator's summary of its steps; empty: nothing special
       integer(i8), intent(in) :: implicit_counts(5) !< as in m_integrator
-      character(len=*), intent(in) :: ranged  !< where domains left their range; empty: nowhere
+      character(len=*), intent(in) :: ranged  !< warning of domains out of their range; empty: none
       type(figures_t), intent(inout) :: figures !< the same for programs
       type(error_t), intent(inout) :: error
       type(cost_t) :: cost
@@ -75,7 +75,7 @@ contains
       path = ''
       if (scene%output%present) path = scene%output%directory//'/cost.dat'
       call write_cost_report(model%communicator, cost, path, table, trouble)
-      ! after a fault it is that which counts
+      ! an earlier error is kept
       if (trouble%happened()) call fail(error, trouble%status, trouble%message)
       outcome = 'finished: '//scene%title
       if (course%stop_reason /= '') outcome = course%stop_reason
@@ -101,7 +101,7 @@ contains
       end do
    end subroutine take_figures
 
-   !> How the run ended, and how many steps of which kind it took, for programs.
+   !> How the run ended, and the number of steps of each kind, for programs.
    subroutine note_course(facts, console, scene, model, course, retries, implicit_counts, error)
       type(facts_t), intent(inout) :: facts
       type(console_t), intent(in) :: console
@@ -129,7 +129,7 @@ contains
       call facts%note('steps_halved', to_text(implicit_counts(5)))
    end subroutine note_course
 
-   !> Collective: what effects have to say.
+   !> Collective: the summary lines of effects.
    subroutine say_effects(facts, model, balance)
       type(facts_t), intent(inout) :: facts
       type(model_t), intent(in) :: model
@@ -145,14 +145,13 @@ contains
       end do
    end subroutine say_effects
 
-   !> Collective: memory held, and what was expected of the run beside what it took. A run that ended early
-   !> took less.
+   !> Collective: memory used, and the expected cost beside the actual one. A run that ended early cost less.
    subroutine say_expectation(facts, console, model, expectation, whole)
       type(facts_t), intent(inout) :: facts
       type(console_t), intent(in) :: console
       type(model_t), intent(in) :: model
       type(expectation_t), intent(in) :: expectation
-      logical, intent(in) :: whole !< the scene has come to its end
+      logical, intent(in) :: whole !< the scene was completed
       real(wp) :: memory, took
       integer :: blocks
       memory = model%communicator%sum_real(real(peak_memory(), wp))
@@ -171,7 +170,7 @@ contains
       call facts%note('expected_memory_B', to_text(expectation%memory))
    end subroutine say_expectation
 
-   !> How much more or less something is than was expected.
+   !> Deviation from an expected value, as text.
    function off_by(value, expected) result(text)
       real(wp), intent(in) :: value, expected
       character(len=:), allocatable :: text
@@ -179,7 +178,7 @@ contains
              trim(merge('more', 'less', value > expected))
    end function off_by
 
-   !> Collective: what the ranks did.
+   !> Collective: the work of the ranks.
    subroutine say_work(facts, scene, model, course, particle_steps)
       type(facts_t), intent(inout) :: facts
       type(scene_t), intent(in) :: scene
@@ -216,7 +215,7 @@ contains
                         ' B sent by a rank in a step')
    end subroutine say_work
 
-   !> What the error has made of the levels that it places.
+   !> The placement of levels by the error.
    subroutine say_placings(facts, model)
       type(facts_t), intent(inout) :: facts
       type(model_t), intent(in) :: model
@@ -279,8 +278,8 @@ contains
       call facts%note('mass_error_kg', to_text(mass))
    end subroutine say_conservation
 
-   !> How far the work of loads that is booked is from what they do by the motion of the particles that they
-   !> act on; and what it means where that is much.
+   !> The difference between the accumulated work of loads and their work by the motion of the particles; and
+   !> its meaning if it is large.
    subroutine say_work_done(facts, scene, model, balance)
       type(facts_t), intent(inout) :: facts
       type(scene_t), intent(in) :: scene
@@ -302,7 +301,7 @@ contains
                         'loads are inaccurate by as much; '//remedy(scene))
    end subroutine say_work_done
 
-   !> The two figures of a work side by side.
+   !> Message with the two values of a work.
    function apart_text(what, apart, largest) result(text)
       character(len=*), intent(in) :: what
       real(wp), intent(in) :: apart, largest !< J
@@ -311,7 +310,7 @@ contains
              si(apart, 'J')//percent(apart, largest)//' of the largest energy or work'
    end function apart_text
 
-   !> What to take where loads and particles do not agree, of what the scene has not taken.
+   !> The settings to use when loads and particles disagree, of those that the scene lacks.
    function remedy(scene) result(text)
       type(scene_t), intent(in) :: scene
       character(len=:), allocatable :: text
@@ -323,14 +322,14 @@ contains
       end associate
    end function remedy
 
-   !> Energies that are round-off, which are not judged: nothing has moved, J.
+   !> Limit of energies that are round-off and not checked: nothing has moved, J.
    pure real(wp) function quiet(model, balance)
       type(model_t), intent(in) :: model
       type(balance_t), intent(in) :: balance
       quiet = round_off*balance%now%mass*model%bounds%wave_speed**2
    end function quiet
 
-   !> Spurious growth or loss of energy, to an extent that matters.
+   !> Warn of notable spurious growth or loss of energy.
    subroutine warn_of_balance(facts, scene, model, balance)
       type(facts_t), intent(inout) :: facts
       type(scene_t), intent(in) :: scene
@@ -358,7 +357,7 @@ contains
       call facts%say(text)
    end subroutine warn_of_balance
 
-   !> Which tool has done most of the work.
+   !> The tool with the largest work.
    function hardest_worked(model) result(text)
       type(model_t), intent(in) :: model
       character(len=:), allocatable :: text
@@ -370,8 +369,8 @@ contains
              trim(model%contact%tools(t)%spec%name)
    end function hardest_worked
 
-   !> Collective: the estimate of the discretisation error of the stress at the end, in a row of the timers of
-   !> its own.
+   !> Collective: the estimate of the discretisation error of the stress at the end, timed in a row of its
+   !> own.
    subroutine say_stress_error(facts, model)
       type(facts_t), intent(inout) :: facts
       type(model_t), intent(inout) :: model

@@ -1,4 +1,4 @@
-!> The closing summary's words on contact: how well it was solved, and what time it took.
+!> Contact in the closing summary: accuracy of its solution, and its time.
 module m_contact_summary
    use m_kinds, only: wp
    use m_text, only: to_text, si
@@ -13,7 +13,7 @@ module m_contact_summary
 
 contains
 
-   !> Collective: how well contact was solved, and its time.
+   !> Collective: accuracy of the contact solution, and its time.
    subroutine say_contact(facts, console, model, balance, course)
       type(facts_t), intent(inout) :: facts
       type(console_t), intent(in) :: console
@@ -73,8 +73,7 @@ contains
       end associate
    end subroutine say_contact
 
-   !> Collective: what share of the time contact took, per cent: over the run, and over the last tenth of the
-   !> scene.
+   !> Collective: contact's share of the time, per cent: over the run, and over the last tenth of the scene.
    function contact_share(console, model, course) result(share)
       type(console_t), intent(in) :: console
       type(model_t), intent(in) :: model

@@ -1,5 +1,5 @@
-!> What the closing summary says: lines for people, and the same for programs, for the head of cost.dat and as
-!> JSON.
+!> Contents of the closing summary: lines for people, and the same for programs, for the head of cost.dat and
+!> as JSON.
 module m_facts
    use m_kinds, only: wp, i8
    use m_text, only: to_text
@@ -18,16 +18,15 @@ module m_facts
       procedure :: note
    end type facts_t
 
-   !> What a run remembers of its course for its last words.
+   !> Data of a run for its closing summary.
    type, public :: course_t
-      integer(i8) :: particles = 0       !< when the program began
-      real(wp) :: memory = 0.0_wp        !< of these and of node tiles then, bytes
-      integer(i8) :: steps = 0           !< that the program has taken, repeated ones too
-      character(len=:), allocatable :: stop_reason !< why the run ends before the scene does; empty: it does
-                                                   !< not
+      integer(i8) :: particles = 0       !< when the program started
+      real(wp) :: memory = 0.0_wp        !< of particles and node tiles then, bytes
+      integer(i8) :: steps = 0           !< taken by the program, repeated ones included
+      character(len=:), allocatable :: stop_reason !< why the run ends before the scene; empty: it does not
       real(wp) :: early_elapsed = 0.0_wp !< wall-clock time when the last tenth of the scene began, s; 0
                                          !< before that
-      real(wp) :: early_contact = 0.0_wp !< of that, in contact, s
+      real(wp) :: early_contact = 0.0_wp !< part of it spent in contact, s
    end type course_t
 
 contains
@@ -50,7 +49,7 @@ contains
       self%notes = [self%notes, line]
    end subroutine note
 
-   !> A share in words; nothing where there is nothing to share.
+   !> A share in percent; empty if `whole` is 0.
    function percent(part, whole) result(text)
       real(wp), intent(in) :: part, whole
       character(len=:), allocatable :: text

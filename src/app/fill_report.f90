@@ -1,4 +1,4 @@
-!> How bodies whose surface cuts particles have been filled, for the first lines of a run.
+!> Report on bodies whose surface cuts particles, for the introduction of a run.
 module m_fill_report
    use m_kinds, only: wp, i8
    use m_text, only: to_text
@@ -13,13 +13,13 @@ module m_fill_report
    private
    public :: introduce_shares
 
-   integer, parameter :: together = 8 !< cells along an edge of a cube that is looked at before they are
+   integer, parameter :: together = 8 !< cells along an edge of a cube, which is tested before its cells
    real(wp), parameter :: whole = 1.0e-9_wp !< share of a particle's volume, and of a cell
 
 contains
 
-   !> Collective: bodies that cut particles: how many, the volume of all particles, and the surface that cells
-   !> see, with what these lack of the shape's where that is known.
+   !> Collective: bodies with cut particles: their number, the volume of all particles, and the surface found
+   !> by cells, with the deficits against the shape's where known.
    subroutine introduce_shares(console, scene, model)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
@@ -57,7 +57,7 @@ contains
       text = ', '//to_text(100.0_wp*(value/exact - 1.0_wp), 3)//' % off the exact one'
    end function off_by
 
-   !> A body's particles on this rank, those that are no whole part of the lattice, and their volume, m3.
+   !> A body's particles on this rank, the number of cut ones, and their volume, m3.
    pure subroutine count_cut(levels, spec, body, cell, all_of_it, cut, held)
       type(level_t), intent(in) :: levels(:)
       type(body_spec_t), intent(in) :: spec
@@ -91,8 +91,8 @@ contains
       end do
    end subroutine count_cut
 
-   !> The part of a shape that lies in the grid, where each side of the grid that cuts it is a symmetry side
-   !> through its centre, along its axis or across; 0 where that is not known.
+   !> The part of a shape inside the grid, if each side of the grid that cuts it is a symmetry side through
+   !> its centre, along its axis or across; 0 where unknown.
    pure real(wp) function modelled_share(shape, grid) result(share)
       class(shape_t), intent(in) :: shape
       type(grid_spec_t), intent(in) :: grid

@@ -9,8 +9,7 @@ program gimp3d
    type(simulation_t) :: simulation
    integer :: status
 
-   ! Weights of nodes that particles barely touch make numbers too small for full precision, which cost a
-   ! hundredfold: zero them.
+   ! Nodes with tiny weights produce subnormal numbers, which cost a hundredfold: flush them to zero.
    call ieee_set_underflow_mode(gradual=.false.)
    call simulation%initialise()
    do while (.not. simulation%done())

@@ -1,4 +1,4 @@
-!> How many grains of a polycrystal the particles have, for the first lines of a run.
+!> Number of grains of a polycrystal that have particles, for the introduction of a run.
 module m_grain_report
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -15,7 +15,7 @@ module m_grain_report
 
 contains
 
-   !> Collective: grains that particles are in, of those that there are, and particles that are in none.
+   !> Collective: grains with particles, of all grains, and particles without a grain.
    subroutine introduce_grains(console, scene, model)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene

@@ -1,4 +1,4 @@
-!> The first words of a run or a plan: what the scene has become.
+!> The introduction of a run or a plan: the model built from the scene.
 module m_introduction
    use, intrinsic :: iso_fortran_env, only: compiler_version
    use m_kinds, only: wp, i8
@@ -22,11 +22,11 @@ module m_introduction
    private
    public :: introduce, own_bytes, own_blocks
 
-   real(wp), parameter :: min_zone_cells = 3.0_wp !< of a zone in which adhesion acts
+   real(wp), parameter :: min_zone_cells = 3.0_wp !< of a cohesive zone
 
 contains
 
-   !> Memory (bytes) and blocks of a level on this rank.
+   !> Memory (bytes) of a level's blocks on this rank.
    elemental integer(i8) function own_bytes(level)
       type(level_t), intent(in) :: level
       own_bytes = level%bytes()
@@ -37,14 +37,14 @@ contains
       own_blocks = size(level%blocks)
    end function own_blocks
 
-   !> Collective: say what will be run.
+   !> Collective: print the introduction.
    subroutine introduce(console, scene, catalogue, model, particles, memory)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
       type(catalogue_t), intent(in) :: catalogue
       type(model_t), intent(in) :: model
       integer(i8), intent(in) :: particles !< of all ranks
-      real(wp), intent(out) :: memory      !< of these and of node tiles, bytes
+      real(wp), intent(out) :: memory      !< of particles and node tiles, bytes
       integer(i8) :: bytes, blocks
       integer :: cores, ranks
       real(wp) :: time_step
@@ -90,7 +90,7 @@ contains
       if (allocated(model%atoms)) call console%line(model%atoms%note)
    end subroutine introduce
 
-   !> The contact groups, and what holds between them.
+   !> The contact groups, and the contact between them.
    subroutine introduce_groups(console, scene, model)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
@@ -115,13 +115,13 @@ contains
       end do
    end subroutine introduce_groups
 
-   !> Length (m) of the zone at the edge of contact in which adhesion acts, pi/8 E* work/stress**2 (theory.md,
-   !> eq. cohesive-zone), with the stiffness of the softer body.
+   !> Length (m) of the cohesive zone at the edge of contact, pi/8 E* work/stress**2 (theory.md, eq.
+   !> cohesive-zone), with the stiffness of the softer body.
    real(wp) function cohesive_zone(scene, model, spec) result(length)
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
       type(body_contact_spec_t), intent(in) :: spec
-      real(wp), parameter :: plane = 0.4_wp !< E* of two alike bodies over their P-wave modulus, at a
+      real(wp), parameter :: plane = 0.4_wp !< E* of two equal bodies over their P-wave modulus, at a
                                             !< Poisson's ratio of 0.3
       real(wp) :: stress
       stress = spec%bond_strength
@@ -143,7 +143,7 @@ contains
       if (spec%press_fit > 0.0_wp) text = text//', which is pressed out in '//si(spec%press_fit, 's')
    end function adhesion_text
 
-   !> What the program has chosen where the scene does not say, what it costs, and how a scene says no.
+   !> The program's choices where the scene leaves them open, their cost, and the setting that turns them off.
    subroutine introduce_choices(console, scene)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
@@ -172,11 +172,12 @@ contains
                         'expect volumetric locking (too stiff) and pressure oscillations; '//cure)
    end subroutine introduce_choices
 
-   !> True when a body of several particles a cell keeps its volume, as plastic flow does and as a Poisson's
-   !> ratio above 0.45 nearly does, and nothing is done against locking.
+   !> True when a body with several particles a cell is nearly incompressible, by plastic flow or a Poisson's
+   !> ratio above 0.45, without a remedy against locking.
    pure logical function may_lock(scene)
       type(scene_t), intent(in) :: scene
-      real(wp), parameter :: modulus_ratio = 11.0_wp/3.0_wp !< of plane waves to von Mises stress at 0.45
+      real(wp), parameter :: modulus_ratio = 11.0_wp/3.0_wp !< plane-wave modulus over von Mises stress at
+                                                            !< 0.45
       integer :: b, e
       may_lock = .false.
       do b = 1, size(scene%bodies)
@@ -193,7 +194,7 @@ contains
       end do
    end function may_lock
 
-   !> Collective: a line a level, and the cells of all of them beside those of a grid as fine everywhere.
+   !> Collective: a line a level, and the cells of all levels beside those of a uniform grid as fine.
    subroutine introduce_levels(console, model, time_step)
       type(console_t), intent(inout) :: console
       type(model_t), intent(in) :: model
@@ -241,7 +242,7 @@ contains
       text = '('//to_text(place(1))//', '//to_text(place(2))//', '//to_text(place(3))//')'
    end function place_text
 
-   !> What a particle carries: each field with its number of columns.
+   !> The fields of a particle, with their numbers of columns.
    function fields_text(table) result(text)
       type(field_table_t), intent(in) :: table
       character(len=:), allocatable :: text
@@ -253,7 +254,7 @@ contains
       text = text//'together '//to_text(bytes_per_column*table%columns)//' B a particle'
    end function fields_text
 
-   !> What the scene calls for, with the bytes a particle that it adds, and what it could have called for.
+   !> The effects of the scene, with the bytes a particle that they add, and the other available ones.
    function effects_text(scene, catalogue, model) result(text)
       type(scene_t), intent(in) :: scene
       type(catalogue_t), intent(in) :: catalogue
@@ -290,7 +291,7 @@ contains
       subroutine add(on, name, bytes)
          logical, intent(in) :: on
          character(len=*), intent(in) :: name
-         integer, intent(in) :: bytes !< a particle
+         integer, intent(in) :: bytes !< per particle
          if (on) then
             if (text /= '') text = text//', '
             text = text//name//' ('//to_text(bytes)//' B a particle)'

@@ -1,5 +1,5 @@
-!> Memory that cannot be had. Where an ALLOCATE fails, gfortran's library is called to print a backtrace and
-!> to leave; the procedure here has the name of that one, and the program finds it first.
+!> Failed memory allocation. When an ALLOCATE fails, gfortran's library calls a procedure that prints a
+!> backtrace and exits; the procedure here has its name and takes its place at link time.
 module m_out_of_memory
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_intptr_t, c_ptr, c_size_t
    use mpi_f08
@@ -15,9 +15,9 @@ module m_out_of_memory
 
 contains
 
-   !> One sentence, and the end of all ranks. Nothing here may take memory.
+   !> Print one message and end all ranks. Must not allocate memory.
    subroutine end_for_want_of_memory(place, message) bind(c, name='_gfortran_os_error_at')
-      type(c_ptr), value :: place, message !< where in the source, and gfortran's words
+      type(c_ptr), value :: place, message !< position in the source, and gfortran's message
       interface
          integer(c_intptr_t) function c_write(descriptor, text, count) bind(c, name='write')
             import :: c_char, c_int, c_intptr_t, c_size_t

@@ -1,4 +1,4 @@
-!> A run that goes on from a checkpoint: which, with what scene, and what may be other than it was.
+!> Continuation of a run from a checkpoint: which one, with what scene, and what may have changed.
 module m_resume
    use m_kinds, only: wp, i8
    use m_constants, only: exit_input
@@ -21,11 +21,11 @@ module m_resume
    private
    public :: read_run, resume_run, resumed_t
 
-   !> What a run goes on from.
+   !> The state of a continued run.
    type :: resumed_t
-      logical :: happened = .false. !< it does
-      logical :: in_place = .false. !< its output goes to the directory of the run before
-      logical :: ended = .false.    !< and that has come to the scene's end: nothing is to be done or written
+      logical :: happened = .false. !< the run is continued
+      logical :: in_place = .false. !< output goes to the directory of the previous run
+      logical :: ended = .false.    !< and that run has completed the scene: nothing is to be done or written
       type(checkpoint_t) :: checkpoint
    contains
       procedure :: newest_here
@@ -37,10 +37,9 @@ module m_resume
 
 contains
 
-   !> Collective: the scene, from a file, from standard input, or from the checkpoint that the command line
-   !> names. Where the
-   !> run goes on in its directory it holds the lock of that from here on: nobody else is to change the
-   !> checkpoints that it reads.
+   !> Collective: read the scene, from a file, from standard input, or from the checkpoint named on the
+   !> command line. A run continued in its directory holds the lock from here on, so that no other run changes
+   !> the checkpoints that it reads.
    subroutine read_run(communicator, arguments, catalogue, scene, before, lock, error)
       type(communicator_t), intent(in) :: communicator
       type(arguments_t), intent(in) :: arguments
@@ -78,7 +77,7 @@ contains
       end if
       if (named) then
          scene = earlier
-         scene%output%directory = directory ! it may have been given another name
+         scene%output%directory = directory ! it may have been renamed
          return
       end if
       if (any(scene%output%fields() .neqv. earlier%output%fields())) then
@@ -91,7 +90,7 @@ contains
                          error)
    end subroutine read_run
 
-   !> The fields that a scene asks for, as it says that.
+   !> The fields requested by a scene, in its words.
    function words_of(scene) result(text)
       type(scene_t), intent(in) :: scene
       character(len=:), allocatable :: text
@@ -106,7 +105,7 @@ contains
       if (text == '') text = '''none'''
    end function words_of
 
-   !> Collective: whether a scene writes to the directory of the run that it goes on from.
+   !> Collective: true when a scene writes to the directory of the run that it continues.
    logical function goes_on_in(communicator, scene, directory)
       type(communicator_t), intent(in) :: communicator
       type(scene_t), intent(in) :: scene
@@ -119,8 +118,8 @@ contains
       goes_on_in = communicator%sum_count(merge(1_i8, 0_i8, goes_on_in)) > 0
    end function goes_on_in
 
-   !> Collective: everything as it was at the checkpoint; the model has been built empty. If the run before
-   !> has come to the scene's end in this directory, all that it has written stays as it is.
+   !> Collective: restore everything from the checkpoint into a model built without particles. If the previous
+   !> run has completed the scene in this directory, its output is not changed.
    subroutine resume_run(before, scene, model, balance, facts, recorder, lock, error)
       type(resumed_t), intent(inout) :: before
       type(scene_t), intent(in) :: scene
@@ -150,7 +149,7 @@ contains
       call recorder%start(scene, model, error, resumption)
    end subroutine resume_run
 
-   !> Path of the checkpoint, if the run goes on in its directory; else empty.
+   !> Path of the checkpoint, if the run continues in its directory; else empty.
    function newest_here(self) result(path)
       class(resumed_t), intent(in) :: self
       character(len=:), allocatable :: path
@@ -158,7 +157,7 @@ contains
       if (self%in_place) path = self%checkpoint%path
    end function newest_here
 
-   !> Where the run goes on, and what is damaged.
+   !> Message on the continuation, and on damaged checkpoints.
    function sentence(self, step, time) result(text)
       class(resumed_t), intent(in) :: self
       integer(i8), intent(in) :: step
@@ -168,7 +167,7 @@ contains
       if (self%checkpoint%note /= '') text = text//' ('//self%checkpoint%note//')'
    end function sentence
 
-   !> The groups that must be the same are: if not, the first difference in a sentence.
+   !> Check that the groups that must not change are the same: if not, a message with the first difference.
    subroutine check_physics(path, before, now, error)
       character(len=*), intent(in) :: path, before, now
       type(error_t), intent(inout) :: error
@@ -204,7 +203,7 @@ contains
       is_variable = index(line, '=') > 0
    end function is_variable
 
-   !> A line without blanks around it; at the end of the text an empty one.
+   !> A line without surrounding blanks; empty at the end of the text.
    function next_line(text, at) result(line)
       character(len=*), intent(in) :: text
       integer, intent(inout) :: at

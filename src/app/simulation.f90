@@ -1,4 +1,4 @@
-!> A run: the scene, its model, and everything around the steps.
+!> A run: the scene, its model, and the time loop with output.
 module m_simulation
    use m_kinds, only: wp, i8
    use m_constants, only: exit_files, exit_numerical, exit_stopped
@@ -75,12 +75,12 @@ module m_simulation
    end type simulation_t
 
    integer, parameter :: rebalance_every = 100        !< steps
-   integer, parameter :: placement_lasts = 500 !< steps: moves of blocks are to pay in so many, for work
-                                               !< drifts slowly
+   integer, parameter :: placement_lasts = 500 !< steps over which moves of blocks must pay, as work changes
+                                               !< slowly
 
 contains
 
-   !> Collective: read the scene, build the model, write its first state; or go on from a checkpoint.
+   !> Collective: read the scene, build the model, write its first state; or continue from a checkpoint.
    subroutine initialise(self)
       class(simulation_t), intent(inout) :: self
       type(resumed_t) :: before
@@ -93,7 +93,7 @@ contains
       if (self%error%happened()) return
       call take_scene(self, before)
       if (self%error%happened() .or. self%arguments%answer /= '') return
-      if (.not. self%scene%plans) call catch_signals() ! a plan has nothing to keep
+      if (.not. self%scene%plans) call catch_signals() ! a plan has nothing to save
       call self%model%build(self%communicator, self%scene, self%error, empty=before%happened)
       if (self%error%happened()) return
       if (before%happened) then
@@ -111,7 +111,7 @@ contains
       call self%integrator%start(self%scene, self%model)
       call self%range%start(self%scene)
       self%course%particles = self%communicator%sum_count(self%model%particle_count())
-      ! later, particles may be faster
+      ! for a new run only, as particles may be faster later
       if (.not. before%happened) call check_time_step(self%scene, self%model, self%error)
       if (self%error%happened()) return
       if (self%scene%plans) call make_plan(self)
@@ -123,7 +123,7 @@ contains
       if (self%scene%output%present .and. .not. before%ended) &
          call self%console%open_log(self%communicator, self%scene%output%directory//'/run.log', self%error, &
                                     resume=before%in_place)
-      if (self%error%happened()) return ! what an older run left to go on from is still there
+      if (self%error%happened()) return ! the checkpoints of an older run still exist
       if (.not. before%ended) &
          call self%keeper%start(self%scene, self%model, self%console%elapsed(), before%newest_here())
       call start_guard(self)
@@ -138,7 +138,7 @@ contains
       call self%expectation%start(self%model, self%console%elapsed())
    end subroutine initialise
 
-   !> What the command line asks for, and the answer where that is all.
+   !> Read the command line; answer options that only print.
    subroutine read_command(self)
       class(simulation_t), intent(inout) :: self
       call known_materials(self%catalogue)
@@ -149,7 +149,7 @@ contains
       if (self%arguments%answer /= '') call self%console%line(self%arguments%answer)
    end subroutine read_command
 
-   !> Collective: what is written of a new run, from its first state on.
+   !> Collective: start the output of a new run, from its first state on.
    subroutine begin_records(self)
       class(simulation_t), intent(inout) :: self
       self%facts%particles = self%course%particles
@@ -168,7 +168,7 @@ contains
             self%model%time))
    end subroutine start_guard
 
-   !> Collective: say what the run would be, in place of the run.
+   !> Collective: print the plan instead of running.
    subroutine make_plan(self)
       class(simulation_t), intent(inout) :: self
       type(figures_t) :: figures
@@ -188,8 +188,7 @@ contains
          call figures%write(self%communicator, self%arguments%json, self%error)
    end subroutine make_plan
 
-   !> Collective: the scene, and from where it goes on; or as the one that gives it by its section, on
-   !> standard output.
+   !> Collective: read the scene and the checkpoint to continue from; or print the scene as its section.
    subroutine take_scene(self, before)
       class(simulation_t), intent(inout) :: self
       type(resumed_t), intent(out) :: before
@@ -205,7 +204,7 @@ contains
       call self%console%line(self%arguments%answer(:len(self%arguments%answer) - 1))
    end subroutine take_scene
 
-   !> True when the scene has ended or the run cannot go on.
+   !> True when the scene has ended or the run cannot continue.
    pure logical function done(self)
       class(simulation_t), intent(in) :: self
       done = self%error%happened() .or. self%course%stop_reason /= '' .or. self%scene%plans &
@@ -213,7 +212,7 @@ contains
       if (.not. done) done = self%model%time >= self%scene%end_time
    end function done
 
-   !> Collective: one step, and what is to be written after it.
+   !> Collective: one step and its output.
    subroutine step(self)
       class(simulation_t), intent(inout) :: self
       real(wp) :: time_step
@@ -258,8 +257,7 @@ contains
                                  self%balance%error())
    end subroutine step
 
-   !> Collective: whether the state after a step can be trusted, all of it when it is `written` or the guard's
-   !> turn has come.
+   !> Collective: check the state after a step, all of it when it is `written` or a check of the guard is due.
    subroutine check_state(self, written)
       class(simulation_t), intent(inout) :: self
       logical, intent(in) :: written
@@ -274,7 +272,7 @@ contains
       call self%guard%check(self%model, self%balance, self%error)
    end subroutine check_state
 
-   !> Collective: let the guard keep this state, from which the histories would go on.
+   !> Collective: let the guard copy this state, and mark the histories.
    subroutine save(self, written)
       class(simulation_t), intent(inout) :: self
       logical, intent(in) :: written
@@ -283,7 +281,7 @@ contains
       if (self%guard%has_saved(self%model)) call self%recorder%mark()
    end subroutine save
 
-   !> What cost.dat says of an earlier end is no longer so.
+   !> Remove cost.dat of an earlier end, which is no longer valid.
    subroutine forget_end(self)
       class(simulation_t), intent(in) :: self
       logical :: gone
@@ -291,8 +289,8 @@ contains
          call remove_file(self%scene%output%directory//'/cost.dat', gone)
    end subroutine forget_end
 
-   !> Collective: after a fault, back to the last good state and on with smaller steps; or the end, with that
-   !> state on the disk.
+   !> Collective: after an error, roll back to the last good state and continue with smaller steps; or end the
+   !> run, and write that state to the disk.
    subroutine meet_fault(self)
       class(simulation_t), intent(inout) :: self
       character(len=:), allocatable :: report
@@ -321,7 +319,7 @@ contains
       end if
    end subroutine meet_fault
 
-   !> All ranks: another run has taken the output directory over; this one ends and writes nothing there any
+   !> All ranks: another run has taken over the output directory; this one ends and writes nothing there any
    !> more.
    subroutine leave_directory(self)
       class(simulation_t), intent(inout) :: self
@@ -332,7 +330,7 @@ contains
       self%course%steps = 0
    end subroutine leave_directory
 
-   !> Collective: write what is due.
+   !> Collective: write the output that is due.
    subroutine record(self)
       class(simulation_t), intent(inout) :: self
       call self%model%timers%enter(phase_output)
