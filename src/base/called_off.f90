@@ -1,5 +1,5 @@
-!> What ends a run from outside, to be asked in the middle of a step that may take long: signals, and the
-!> clock on the wall.
+!> Requests from outside to end a run, polled during steps that may take long: signals, and the wall-clock
+!> limit.
 module m_called_off
    use m_kinds, only: wp
    use m_signals, only: signal_caught, signal_interrupt, signal_terminate
@@ -8,21 +8,21 @@ module m_called_off
    private
    public :: called_off_t
 
-   !> What a rank asks of the run; the largest of all ranks counts.
+   !> A rank's request to the run; the largest of all ranks counts.
    integer, parameter, public :: asks_checkpoint = 1, asks_end_limit = 2, asks_end_interrupt = 3, &
                                  asks_end_terminate = 4
-   integer, parameter, public :: asks_end_lost = 5 !< the directory is another run's now: nothing is to be
+   integer, parameter, public :: asks_end_lost = 5 !< another run owns the directory now: nothing may be
                                                    !< written any more
 
    type :: called_off_t
-      real(wp) :: deadline = huge(1.0_wp) !< of this rank, on the clock of wall_time, s
+      real(wp) :: deadline = huge(1.0_wp) !< of this rank, as wall_time, s
    contains
       procedure :: asks
    end type called_off_t
 
 contains
 
-   !> What this rank asks of the run now: 0, or that it ends.
+   !> This rank's request to the run now: 0, or that it ends.
    integer function asks(self)
       class(called_off_t), intent(in) :: self
       asks = 0

@@ -1,5 +1,5 @@
-!> Checksums of files and texts: Fletcher's two sums over words of 32 bits, modulo a prime. They find what
-!> damage does, not what malice does.
+!> Checksums of files and texts: Fletcher's two sums over words of 32 bits, modulo a prime. They detect
+!> damage, not forgery.
 module m_checksum
    use mpi_f08
    use m_kinds, only: i4, i8
@@ -9,8 +9,8 @@ module m_checksum
    public :: text_checksum, file_checksum
 
    integer, parameter, public :: checksum_digits = 16
-   integer, parameter :: piece = 4194304 !< bytes of a file that are summed up at once; a multiple of 4
-   integer, parameter :: run = 16384 !< words after which the sums are reduced: below 2**63 until then
+   integer, parameter :: piece = 4194304 !< bytes of a file summed at once; a multiple of 4
+   integer, parameter :: run = 16384 !< words between reductions of the sums: they stay below 2**63
    integer(i8), parameter :: mask = 4294967295_i8     !< the lowest 32 bits
    integer(i8), parameter :: prime = 4294967291_i8    !< the largest below 2**32
 
@@ -31,7 +31,7 @@ contains
    end function text_checksum
 
    !> Collective: checksum of the bytes of a file from `first` (from 1) to `last`; each rank reads a share.
-   !> Every rank leaves with the same values; `ok` is false when some rank could not read its share.
+   !> Every rank returns with the same values; `ok` is false when a rank could not read its share.
    subroutine file_checksum(communicator, path, first, last, digits, ok)
       type(communicator_t), intent(in) :: communicator
       character(len=*), intent(in) :: path
@@ -69,7 +69,7 @@ contains
       digits = written(sums)
    end subroutine file_checksum
 
-   !> Some bytes of a file, zeros behind them to the end of the last word.
+   !> Read some bytes of a file, padded with zeros to the end of the last word.
    subroutine read_words(unit, from, bytes, words, status)
       integer, intent(in) :: unit, bytes
       integer(i8), intent(in) :: from
@@ -83,7 +83,7 @@ contains
       words(bytes/4 + 1) = transfer(rest, 0_i4)
    end subroutine read_words
 
-   !> Go on with the sums over more words.
+   !> Add more words to the sums.
    pure subroutine add_words(words, sums)
       integer(i4), intent(in), contiguous :: words(:)
       integer(i8), intent(inout) :: sums(2)
@@ -102,7 +102,7 @@ contains
       sums = [a, b]
    end subroutine add_words
 
-   !> The same with values below 2**32.
+   !> The same for values below 2**32.
    pure subroutine add_values(values, sums)
       integer(i8), intent(in) :: values(:)
       integer(i8), intent(inout) :: sums(2)

@@ -1,4 +1,4 @@
-!> The ranks of a run, and the one way in which they agree that something failed.
+!> The ranks of a run, and the one way to make an error common to all.
 module m_communicator
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
    use mpi_f08
@@ -16,12 +16,12 @@ module m_communicator
       end function c_setenv
    end interface
 
-   !> A group of ranks. Made once by the application and passed down.
+   !> A group of ranks. Created once by the application and passed as an argument.
    type :: communicator_t
       type(MPI_Comm) :: comm = MPI_COMM_NULL
       integer :: rank = 0
       integer :: ranks = 1
-      logical, private :: initialised = .false. !< MPI, by this
+      logical, private :: initialised = .false. !< MPI was initialised by this program
    contains
       procedure :: start
       procedure :: finish
@@ -36,18 +36,18 @@ module m_communicator
 
 contains
 
-   !> Initialise MPI, where the runtime of coarrays has not, and take a communicator of our own. Open MPI
-   !> guards a file pointer that ranks might share, and nobody uses, by a named semaphore of the machine:
-   !> whoever is killed while it opens a file leaves that locked, and later runs, of other directories too,
-   !> would wait for it for ever in a file of the same name. The component that does so is left out, unless
-   !> the environment chooses. HDF5 locks files against others that write them; a run has its directory to
-   !> itself (m_output_lock), and file systems of clusters often refuse locks: it is told not to.
+   !> Initialise MPI, if the runtime of coarrays has not, and create our own communicator. Open MPI protects
+   !> shared file pointers, which are not used here, by a named semaphore of the machine: a process killed
+   !> while it opens a file leaves it locked, and later runs, also in other directories, would wait forever on
+   !> a file of the same name. That component (sharedfp sm) is excluded, unless the environment chooses.
+   !> HDF5's file locking is turned off: a run has its directory to itself (m_output_lock), and file systems
+   !> of clusters often refuse locks.
    subroutine start(self)
       class(communicator_t), intent(out) :: self
       integer(c_int) :: status
       logical :: there
       status = c_setenv('HDF5_USE_FILE_LOCKING'//c_null_char, 'FALSE'//c_null_char, 0_c_int)
-      ! no room: then as it was
+      ! without memory: unchanged
       status = c_setenv('OMPI_MCA_sharedfp'//c_null_char, '^sm'//c_null_char, 0_c_int)
       call MPI_Initialized(there)
       if (.not. there) call MPI_Init()
@@ -69,7 +69,7 @@ contains
       is_root = self%rank == 0
    end function is_root
 
-   !> Collective: if any rank holds an error, every rank leaves with that of the lowest such rank.
+   !> Collective: if any rank holds an error, every rank returns with that of the lowest such rank.
    subroutine agree(self, error)
       class(communicator_t), intent(in) :: self
       type(error_t), intent(inout) :: error
@@ -83,7 +83,7 @@ contains
       call self%broadcast_text(error%message, first)
    end subroutine agree
 
-   !> Collective: give every rank the text that rank `root` holds.
+   !> Collective: send the text of rank `root` to every rank.
    subroutine broadcast_text(self, text, root)
       class(communicator_t), intent(in) :: self
       character(len=:), allocatable, intent(inout) :: text
@@ -106,7 +106,7 @@ contains
       call MPI_Allreduce(count, total, 1, MPI_INTEGER8, MPI_SUM, self%comm)
    end function sum_count
 
-   !> Collective: sum of a value over all ranks; its last bits depend on them.
+   !> Collective: sum of a value over all ranks; its last bits depend on the number of ranks.
    real(wp) function sum_real(self, value) result(total)
       class(communicator_t), intent(in) :: self
       real(wp), intent(in) :: value

@@ -1,4 +1,4 @@
-!> Procedures of a shared library that is opened while the program runs (dlopen).
+!> Procedures of a shared library opened at run time (dlopen).
 module m_dynamic_library
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_ptr, c_funptr, c_size_t, c_null_char, &
       c_null_funptr, c_null_ptr, c_associated, c_f_pointer
@@ -6,7 +6,7 @@ module m_dynamic_library
    private
    public :: find_procedure, library_of
 
-   integer(c_int), parameter :: bind_now = 2 !< RTLD_NOW: a symbol that is missing is said at once
+   integer(c_int), parameter :: bind_now = 2 !< RTLD_NOW: a missing symbol is reported at once
 
    interface
       type(c_ptr) function c_dlopen(file, mode) bind(c, name='dlopen')
@@ -35,13 +35,13 @@ module m_dynamic_library
 
 contains
 
-   !> Open a shared library, which stays open, and find a procedure in it. A file named without `/` is looked
-   !> for where the system keeps libraries, else from the directory in which the program was started.
+   !> Open a shared library, which stays open, and find a procedure in it. A file name without `/` is searched
+   !> in the system's library path, others are relative to the directory in which the program was started.
    subroutine find_procedure(file, name, address, opened, complaint)
       character(len=*), intent(in) :: file, name
-      type(c_funptr), intent(out) :: address  !< null where it was not found
-      logical, intent(out) :: opened          !< the library was
-      character(len=:), allocatable, intent(out) :: complaint !< the system's words; empty when it was found
+      type(c_funptr), intent(out) :: address  !< null if not found
+      logical, intent(out) :: opened          !< the library was opened
+      character(len=:), allocatable, intent(out) :: complaint !< the system's message; empty on success
       type(c_ptr) :: handle
       address = c_null_funptr
       complaint = ''
@@ -51,18 +51,18 @@ contains
       if (.not. c_associated(address)) complaint = last_complaint()
    end subroutine find_procedure
 
-   !> Path of the library that a procedure is in; empty where the system does not tell.
+   !> Path of the library that contains a procedure; empty if unknown.
    function library_of(address) result(path)
       type(c_funptr), intent(in) :: address
       character(len=:), allocatable :: path
-      type(c_ptr) :: found(4) ! a Dl_info: the path, and what is not looked at
+      type(c_ptr) :: found(4) ! a Dl_info: the path, and unused members
       path = ''
       found = c_null_ptr
       if (c_dladdr(address, found) == 0) return
       if (c_associated(found(1))) path = text_at(found(1))
    end function library_of
 
-   !> What dlerror says.
+   !> The message of dlerror.
    function last_complaint() result(text)
       character(len=:), allocatable :: text
       type(c_ptr) :: words
@@ -71,7 +71,7 @@ contains
       if (c_associated(words)) text = text_at(words)
    end function last_complaint
 
-   !> A text of C.
+   !> A C string as text.
    function text_at(words) result(text)
       type(c_ptr), intent(in) :: words
       character(len=:), allocatable :: text

@@ -1,5 +1,5 @@
-!> Directories and files, through the C library: make, test, rename, remove, list, bring to the disk, and read
-!> whole.
+!> Directories and files, through the C library: create, test, rename, remove, list, synchronise to the disk,
+!> and read.
 module m_filesystem
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_size_t, c_intptr_t, c_ptr, &
                      c_null_char, &
@@ -33,7 +33,7 @@ module m_filesystem
       end function c_mkdir
       type(c_ptr) function c_mkdtemp(template) bind(c, name='mkdtemp')
          import :: c_ptr, c_char
-         character(kind=c_char), intent(inout) :: template(*) !< ends with XXXXXX, which it replaces
+         character(kind=c_char), intent(inout) :: template(*) !< ends with XXXXXX, which is replaced
       end function c_mkdtemp
       integer(c_int) function c_rmdir(path) bind(c, name='rmdir')
          import :: c_char, c_int
@@ -143,7 +143,7 @@ module m_filesystem
 
 contains
 
-   !> Make a directory and those above it that are missing. `ok` is false when it is not there afterwards.
+   !> Create a directory and missing ones above it. `ok` is false if it does not exist afterwards.
    recursive subroutine make_directory(path, ok)
       character(len=*), intent(in) :: path
       logical, intent(out) :: ok
@@ -157,8 +157,8 @@ contains
       if (c_mkdir(path//c_null_char, permissions) /= 0) ok = is_directory(path)
    end subroutine make_directory
 
-   !> Whether a directory is there and can be written to, or could be made: one of its form can, below a name
-   !> of our own, and is removed again. The directory itself another run may begin to use at any time.
+   !> True when a directory exists and is writable, or could be created: a directory is created below a unique
+   !> name, and removed again, as another run may start to use the directory itself at any time.
    logical function can_make_directory(path) result(ok)
       character(len=*), intent(in) :: path
       character(len=:), allocatable :: first, own
@@ -167,8 +167,8 @@ contains
          return
       end if
       first = first_missing(path)
-      ok = c_access(first//c_null_char, 0_c_int) /= 0 ! else a file has its name
-      if (ok) ok = system_error() == no_such_file     ! else it cannot be a name
+      ok = c_access(first//c_null_char, 0_c_int) /= 0 ! else it is the name of a file
+      if (ok) ok = system_error() == no_such_file     ! else the name is invalid
       if (.not. ok) return
       own = parent(first)//'/.gimp3d_XXXXXX'//c_null_char
       ok = c_associated(c_mkdtemp(own))
@@ -189,7 +189,7 @@ contains
       if (path /= first) call remove_empty(parent(path), first)
    end subroutine remove_empty
 
-   !> The topmost directory of `path` that is not there.
+   !> The topmost directory of `path` that does not exist.
    recursive function first_missing(path) result(first)
       character(len=*), intent(in) :: path
       character(len=:), allocatable :: first
@@ -200,7 +200,7 @@ contains
       if (.not. is_directory(above)) first = first_missing(above)
    end function first_missing
 
-   !> What stands before the last / of a path; '.' when there is none.
+   !> The part before the last / of a path; '.' if there is none.
    pure function parent(path) result(above)
       character(len=*), intent(in) :: path
       character(len=:), allocatable :: above
@@ -229,13 +229,13 @@ contains
       is_directory = c_access(path//'/.'//c_null_char, 0_c_int) == 0
    end function is_directory
 
-   !> Whether new files can be put into this directory.
+   !> True when new files can be created in this directory.
    logical function is_writable(path)
       character(len=*), intent(in) :: path
       is_writable = c_access(path//'/.'//c_null_char, may_write + may_search) == 0
    end function is_writable
 
-   !> Give a file another name, replacing what had it, in one step.
+   !> Rename a file, atomically replacing a file with the new name.
    subroutine rename_file(old, new, ok)
       character(len=*), intent(in) :: old, new
       logical, intent(out) :: ok
@@ -248,15 +248,15 @@ contains
       ok = c_unlink(path//c_null_char) == 0
    end subroutine remove_file
 
-   !> Give a file a second name, unless there is a file of that name: of several that try, also on several
-   !> machines, one succeeds.
+   !> Create a hard link, unless a file of the new name exists: of several concurrent attempts, also on
+   !> several machines, one succeeds.
    subroutine link_file(old, new, ok)
       character(len=*), intent(in) :: old, new
       logical, intent(out) :: ok
       ok = c_link(old//c_null_char, new//c_null_char) == 0
    end subroutine link_file
 
-   !> Make a file that is not there yet, with a text in it; for file systems without second names.
+   !> Create a new file with a text in it; for file systems without hard links.
    subroutine create_file(path, text, ok)
       character(len=*), intent(in) :: path, text
       logical, intent(out) :: ok
@@ -268,14 +268,14 @@ contains
       ok = c_fclose(stream) == 0 .and. ok
    end subroutine create_file
 
-   !> Let a file have been modified now, by the clock of its file system.
+   !> Set the modification time of a file to now, by the clock of its file system.
    subroutine touch_file(path, ok)
       character(len=*), intent(in) :: path
       logical, intent(out) :: ok
       ok = c_utimes(path//c_null_char, c_null_ptr) == 0
    end subroutine touch_file
 
-   !> When a file was modified last, s by the clock of its file system; -1 where it is not there.
+   !> Modification time of a file, s by the clock of its file system; -1 if it does not exist.
    integer(c_int64_t) function time_of_file(path) result(seconds)
       character(len=*), intent(in) :: path
       integer(c_int), parameter :: here = -100, modified = 64
@@ -285,8 +285,7 @@ contains
       if (c_statx(here, path//c_null_char, 0_c_int, modified, found) == 0) seconds = found(at)
    end function time_of_file
 
-   !> Whether a path leads to something that need not have an end: a pipe, a socket, a device. False of what
-   !> is not there.
+   !> True when a path is a file without a fixed end: a pipe, a socket, a device. False if it does not exist.
    logical function never_ends(path)
       character(len=*), intent(in) :: path
       integer(c_int), parameter :: here = -100, kind_of_file = 1
@@ -299,8 +298,8 @@ contains
       never_ends = kind /= regular .and. kind /= directory
    end function never_ends
 
-   !> Whether the file system of a file refuses to lock it, which is not the same as that somebody else has
-   !> locked it.
+   !> True when the file system of a file does not support locks, which differs from a file locked by another
+   !> process.
    logical function locks_are_refused(path) result(refused)
       character(len=*), intent(in) :: path
       integer(c_int), parameter :: shared_at_once = 5, would_block = 11
@@ -312,7 +311,7 @@ contains
       ignored = c_close(descriptor)
    end function locks_are_refused
 
-   !> Wait until what was written of a file (or of the names in a directory) is on the disk.
+   !> Wait until a file (or the entries of a directory) is on the disk.
    subroutine sync_file(path, ok)
       character(len=*), intent(in) :: path
       logical, intent(out) :: ok
@@ -324,11 +323,11 @@ contains
       ignored = c_close(descriptor)
    end subroutine sync_file
 
-   !> The paths of the files in a directory whose names match a shell pattern, in the order of the alphabet.
+   !> The paths of the files in a directory whose names match a shell pattern, in alphabetical order.
    subroutine list_files(directory, pattern, paths)
       character(len=*), intent(in) :: directory, pattern
       type(path_t), allocatable, intent(out) :: paths(:)
-      integer(c_intptr_t) :: found(64) ! a glob_t: how many, the array of texts, then what is not looked at
+      integer(c_intptr_t) :: found(64) ! a glob_t: number of paths, the array of texts, then unused members
       type(c_ptr), pointer :: texts(:)
       character(kind=c_char), pointer :: text(:)
       character(len=:), allocatable :: plain
@@ -355,7 +354,7 @@ contains
       call c_globfree(found)
    end subroutine list_files
 
-   !> Whether two paths lead to one file or directory that is there.
+   !> True when two paths are the same existing file or directory.
    logical function same_file(one, other)
       character(len=*), intent(in) :: one, other
       character(kind=c_char) :: first(longest_path), second(longest_path)
@@ -379,7 +378,7 @@ contains
       call read_stream(c_fopen(path//c_null_char, 'rb'//c_null_char), limit, text, ok)
    end subroutine read_file
 
-   !> All bytes of standard input, as read_file. A terminal counts as empty: nobody types a scene.
+   !> All bytes of standard input, as read_file. A terminal counts as empty, since nobody types a scene.
    subroutine read_standard_input(limit, text, ok)
       integer, intent(in) :: limit
       character(len=:), allocatable, intent(out) :: text
@@ -417,14 +416,14 @@ contains
       text = buffer(:min(length, limit + 1))
    end subroutine read_stream
 
-   !> The number of the error (errno) of the last call of the C library that has failed.
+   !> The error number (errno) of the last failed call of the C library.
    integer(c_int) function system_error()
       integer(c_int), pointer :: number
       call c_f_pointer(c_errno_location(), number)
       system_error = number
    end function system_error
 
-   !> Why the last call of the C library has failed, in the system's words.
+   !> The system's message on the last failed call of the C library.
    function system_reason() result(reason)
       character(len=:), allocatable :: reason
       character(kind=c_char), pointer :: letters(:)

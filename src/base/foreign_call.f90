@@ -1,6 +1,5 @@
-!> Calls of code that is not the program's: a law in its user's library, LAMMPS. Where such code ends the
-!> program by STOP, exit or abort, or crashes, one sentence says whose it was. What a handler may look at are
-!> module variables.
+!> Calls of foreign code: a law in its user's library, LAMMPS. If such code ends the program by STOP, exit or
+!> abort, or crashes, one message names it. Data for signal handlers are module variables.
 module m_foreign_call
    use, intrinsic :: iso_c_binding, only: c_char, c_funloc, c_funptr, c_int, c_intptr_t, c_new_line, c_size_t
    use mpi_f08
@@ -14,7 +13,7 @@ module m_foreign_call
    integer(c_int), parameter :: deadly(5) = [6, 4, 7, 8, 11]
    character(len=longest_name), protected :: names(max_names) = '', subjects(max_names) = ''
    integer, protected :: named = 0
-   integer(c_int), volatile :: inside = 0, status_then = 0 !< number of the name that is called, 0: none
+   integer(c_int), volatile :: inside = 0, status_then = 0 !< number of the library being called, 0: none
    type(c_funptr), protected :: handler_before(32)
 
    interface
@@ -47,8 +46,8 @@ module m_foreign_call
          import :: c_int
          integer(c_int), value :: status
       end subroutine c_exit
-      !> The call begins: of what name_foreign_code gave this number, in the program's words an error of this
-      !> exit status. Declared pure, as the calls are.
+      !> Mark the begin of a call: of the library that name_foreign_code gave this number, with an exit status
+      !> for errors. Declared pure, as the calls are.
       pure subroutine begin_foreign_call(number, status) bind(c, name='gimp3d_begin_foreign_call')
          import :: c_int
          integer(c_int), value, intent(in) :: number, status
@@ -59,7 +58,7 @@ module m_foreign_call
 
 contains
 
-   !> The number under which code is called; the first one has ends of the program watched.
+   !> Register a library under a number; the first registration installs the handlers for ends of the program.
    integer(c_int) function name_foreign_code(name) result(number)
       character(len=*), intent(in) :: name !< of the library
       integer(c_int) :: ignored
@@ -77,7 +76,7 @@ contains
       number = named
    end function name_foreign_code
 
-   !> How a sentence begins about code that is no law, and what it was doing.
+   !> Set the beginning of the message for code that is not a law, with its activity.
    subroutine describe_foreign_code(number, subject)
       integer(c_int), intent(in) :: number
       character(len=*), intent(in) :: subject
@@ -98,13 +97,13 @@ contains
       if (inside > 0) call end_all('has ended the program (STOP or exit)')
    end subroutine at_exit
 
-   !> What a CALL ABORT comes to: gfortran's own lets no handler see the signal.
+   !> Replacement for CALL ABORT: gfortran's own abort hides the signal from handlers.
    subroutine at_abort() bind(c, name='_gfortran_abort')
       if (inside > 0) call end_all('has ended the program (abort)')
       call c_abort()
    end subroutine at_abort
 
-   !> A signal that the code has made; another one goes where it would have gone.
+   !> A signal raised by the code; other signals get their default action.
    subroutine at_signal(number) bind(c, name='gimp3d_foreign_signal')
       integer(c_int), value :: number
       type(c_funptr) :: ignored
@@ -114,7 +113,7 @@ contains
       number = c_raise(number)
    end subroutine at_signal
 
-   !> The sentence, and the end of all ranks.
+   !> Print the message and end all ranks.
    subroutine end_all(what)
       character(len=*), intent(in) :: what
       character(len=:), allocatable :: sentence
@@ -128,7 +127,7 @@ contains
       call MPI_Finalized(finalised)
       if (.not. finalised) call MPI_Comm_size(MPI_COMM_WORLD, ranks)
       if (.not. finalised) call MPI_Comm_rank(MPI_COMM_WORLD, rank)
-      if (rank > 0) ignored = c_sleep(1_c_int) ! another rank may be about to say it
+      if (rank > 0) ignored = c_sleep(1_c_int) ! another rank may be about to print it
       sentence = 'gimp3d: the law of library='''//trim(names(number))//''' '//what// &
                  '; a law that cannot go on gives a stress that is not a number, and the run says for '// &
                  'which particle'//c_new_line

@@ -1,5 +1,4 @@
-!> What has started this program, by the environment: a launcher of another MPI starts each rank as a run of
-!> its own.
+!> Detection of the launcher by the environment: a launcher of another MPI starts each rank as a separate run.
 module m_launcher
    use mpi_f08
    use m_constants, only: exit_input
@@ -12,20 +11,19 @@ module m_launcher
 
    integer, parameter :: name_length = 20
 
-   !> Ranks of what was launched, as launchers of MPI say it: Open MPI; MPICH, Intel MPI and Slurm's PMI;
-   !> MVAPICH.
+   !> Variables with the number of launched ranks, by launchers of MPI: Open MPI; MPICH, Intel MPI and Slurm's
+   !> PMI; MVAPICH.
    character(len=name_length), &
       parameter :: by_mpi(*) = [character(len=name_length) :: 'OMPI_COMM_WORLD_SIZE', 'PMI_SIZE', &
       'MV2_COMM_WORLD_SIZE']
-   !> The same as batch systems say it of a step that they have launched themselves: srun of Slurm, Flux,
-   !> jsrun.
+   !> The same by batch systems for a step that they have launched themselves: srun of Slurm, Flux, jsrun.
    character(len=name_length), &
       parameter :: by_system(*) = [character(len=name_length) :: 'SLURM_STEP_NUM_TASKS', 'FLUX_JOB_SIZE', &
       'JSM_NAMESPACE_SIZE']
 
 contains
 
-   !> Refuse to be one of several runs of a scene where one run on several ranks was launched.
+   !> Refuse to start as one of several runs of a scene where one run on several ranks was intended.
    subroutine check_launch(communicator, error)
       type(communicator_t), intent(in) :: communicator
       type(error_t), intent(inout) :: error
@@ -35,14 +33,14 @@ contains
          call refuse(by_mpi(n), error)
       end do
       do n = 1, size(by_mpi)
-         if (number_in(by_mpi(n)) == 1) return ! that is what was asked for, within a step of more
+         if (number_in(by_mpi(n)) == 1) return ! as intended, within a larger step
       end do
       do n = 1, size(by_system)
          call refuse(by_system(n), error)
       end do
    end subroutine check_launch
 
-   !> One rank, and a variable of the launcher says more.
+   !> An error if a variable of the launcher gives more than the one rank of this run.
    subroutine refuse(name, error)
       character(len=*), intent(in) :: name
       type(error_t), intent(inout) :: error
@@ -57,12 +55,12 @@ contains
                 'program was built with ('//library(:length)//'); for a single rank unset '//trim(name))
    end subroutine refuse
 
-   !> Tasks that Slurm keeps for this job; 0 where there is no such job.
+   !> Tasks of this job in Slurm; 0 if there is no such job.
    integer function tasks_of_job()
       tasks_of_job = number_in('SLURM_NTASKS')
    end function tasks_of_job
 
-   !> The whole number in a variable of the environment; 0 where there is none.
+   !> The integer in an environment variable; 0 if there is none.
    integer function number_in(name) result(number)
       character(len=*), intent(in) :: name
       character(len=32) :: text

@@ -1,4 +1,4 @@
-!> The way out of a program.
+!> Exit from the program.
 module m_leaving
    use, intrinsic :: iso_c_binding, only: c_int
    use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
@@ -9,10 +9,9 @@ module m_leaving
 
 contains
 
-   !> End with an exit status, without words of the runtime's own, and without the clean-up of libraries that
-   !> MPI has already unloaded (in a run without mpirun that is a race which can end in a crash). MPI is
-   !> finalised where that was left to the runtime of coarrays, which would do it at the end of the main
-   !> program.
+   !> End with an exit status, without messages of the runtime, and without the clean-up of libraries that MPI
+   !> has already unloaded (without mpirun that is a race which can crash). MPI is finalised here where that
+   !> was left to the runtime of coarrays, which would do it at the end of the main program.
    subroutine leave(status)
       integer, intent(in) :: status
       interface

@@ -1,5 +1,4 @@
-!> What the machines of a run can give, memory and cores, how much memory a rank has had, and what the clock
-!> says.
+!> Resources of a run's machines, memory and cores, the memory used by a rank, and date and time.
 module m_machine
    use mpi_f08
    use m_kinds, only: wp, i4, i8
@@ -9,14 +8,14 @@ module m_machine
    private
    public :: free_memory, peak_memory, find_crowd, cores_of, share_of_time, date_text
 
-   integer, parameter :: longest = 65536 !< bytes of a file that the system shows
-   integer, parameter :: quads = 2048    !< groups of four cores that a system may number
+   integer, parameter :: longest = 65536 !< bytes of a system file
+   integer, parameter :: quads = 2048    !< groups of four cores in a mask
    real(wp), parameter :: unknown = huge(1.0_wp)
 
 contains
 
-   !> Collective: memory (bytes) that is free on all machines of the run together, within what a batch system
-   !> or a limit of the processes (ulimit -v) allows; huge where the system does not say.
+   !> Collective: memory (bytes) that is free on all machines of the run together, within the limits of a
+   !> batch system or of the processes (ulimit -v); huge if unknown.
    real(wp) function free_memory(communicator) result(bytes)
       type(communicator_t), intent(in) :: communicator
       type(MPI_Comm) :: machine
@@ -34,7 +33,7 @@ contains
       end if
    end function free_memory
 
-   !> Date and time of this machine's clock, where it stands: `2026-11-25 16:14:36`.
+   !> Local date and time of this machine: `2026-11-25 16:14:36`.
    function date_text() result(text)
       character(len=:), allocatable :: text
       integer :: now(8)
@@ -44,8 +43,8 @@ contains
       text = trim(date)
    end function date_text
 
-   !> Collective: the machine where most ranks share a core: its ranks, and the cores that these may use; as
-   !> many as ranks where the system does not say.
+   !> Collective: the machine with the most ranks per core: its ranks, and the cores available to them; as
+   !> many as ranks if unknown.
    subroutine find_crowd(communicator, ranks, cores)
       type(communicator_t), intent(in) :: communicator
       integer, intent(out) :: ranks, cores
@@ -67,7 +66,7 @@ contains
       cores = nint(communicator%maximum(merge(real(cores, wp), 0.0_wp, crowd >= most)))
    end subroutine find_crowd
 
-   !> The cores of a mask in hexadecimal digits, four to a value; commas part it into words.
+   !> The core mask from its hexadecimal digits, four cores a value; commas separate words.
    pure function cores_of(mask) result(cores)
       character(len=*), intent(in) :: mask
       integer(i4) :: cores(quads)
@@ -83,7 +82,7 @@ contains
       end do
    end function cores_of
 
-   !> Cores' worth of time that a group's quota and period, as in '150000 100000', leave its processes.
+   !> Cores' worth of time allowed by a group's quota and period, as in '150000 100000'.
    pure real(wp) function share_of_time(text) result(share)
       character(len=*), intent(in) :: text
       real(wp) :: quota, period
@@ -93,19 +92,19 @@ contains
       if (status == 0 .and. period > 0.0_wp) share = quota/period
    end function share_of_time
 
-   !> What the system could give away on this machine, bytes.
+   !> Memory available on this machine, bytes.
    real(wp) function free_here() result(bytes)
       bytes = number(line_after(text_of('/proc/meminfo'), 'MemAvailable:'))
       if (bytes < unknown) bytes = 1024.0_wp*bytes
    end function free_here
 
-   !> What is left of the limit of this process's group, bytes.
+   !> Remainder of the limit of this process's group, bytes.
    real(wp) function allowed_here() result(bytes)
       bytes = number(text_of('/sys/fs/cgroup/memory.max'))
       if (bytes < unknown) bytes = max(0.0_wp, bytes - number(text_of('/sys/fs/cgroup/memory.current')))
    end function allowed_here
 
-   !> What is left of this process's own limits of address space and data, bytes.
+   !> Remainder of this process's own limits of address space and data, bytes.
    real(wp) function allowed_process() result(bytes)
       character(len=:), allocatable :: limits, status
       limits = text_of('/proc/self/limits')
@@ -116,8 +115,7 @@ contains
       bytes = max(0.0_wp, bytes)
    end function allowed_process
 
-   !> Most memory that this rank has held at once so far, libraries included (bytes); 0 where the system does
-   !> not tell.
+   !> Peak memory of this rank so far, libraries included (bytes); 0 if unknown.
    integer(i8) function peak_memory() result(bytes)
       real(wp) :: kilobytes
       bytes = 0
@@ -133,7 +131,7 @@ contains
       if (.not. ok) text = ''
    end function text_of
 
-   !> The rest of the line that begins with a word; empty where there is none.
+   !> The rest of the line that begins with a word; empty if there is none.
    pure function line_after(text, word) result(rest)
       character(len=*), intent(in) :: text, word
       character(len=:), allocatable :: rest
@@ -147,7 +145,7 @@ contains
       rest = text(at:at + length - 1)
    end function line_after
 
-   !> The number that a text begins with, or `unknown`.
+   !> The number at the beginning of a text, or `unknown`.
    pure real(wp) function number(text)
       character(len=*), intent(in) :: text
       integer :: status

@@ -5,12 +5,12 @@ module m_multiples
    private
    public :: times_passed
 
-   real(wp), parameter :: most = 1.0e15_wp !< of a series: their numbers are exact, and steps are longer
+   real(wp), parameter :: most = 1.0e15_wp !< limit of a count: counts are exact below, and steps are longer
 
 contains
 
-   !> How many of the times `every`, 2 `every`, ... (s, above 0) have come at `time`, within rounding; at most
-   !> 1e15: where they are denser, each step has one.
+   !> Number of the times `every`, 2 `every`, ... (s, above 0) up to `time`, within round-off; at most 1e15:
+   !> where they are denser, each step has one.
    pure real(wp) function times_passed(every, time)
       real(wp), intent(in) :: every, time !< s
       times_passed = aint(min(time, most*every)/every*(1.0_wp + 1.0e-12_wp))

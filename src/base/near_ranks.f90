@@ -1,5 +1,5 @@
-!> The ranks that have to do with what lies beside this rank's blocks, and messages between them: one to and
-!> one from each, by MPI's neighbourhood collectives.
+!> The ranks with blocks next to this rank's blocks, and messages between them: one to and one from each, by
+!> MPI's neighbourhood collectives.
 module m_near_ranks
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -8,7 +8,7 @@ module m_near_ranks
    private
 
    type, public :: near_ranks_t
-      integer, allocatable :: ranks(:) !< other ranks, rising; if one names another, so does that one
+      integer, allocatable :: ranks(:) !< other ranks, rising; the relation is symmetric
       type(MPI_Comm), private :: graph = MPI_COMM_NULL
    contains
       procedure :: connect
@@ -20,7 +20,7 @@ module m_near_ranks
 
 contains
 
-   !> Collective over all ranks, when `ranks` is set: what goes from one to another in one message.
+   !> Collective over all ranks, when `ranks` is set: create the graph communicator for one message per pair.
    subroutine connect(self, communicator)
       class(near_ranks_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -33,7 +33,7 @@ contains
                                           self%graph)
    end subroutine connect
 
-   !> Collective among them: a number for each, and from each.
+   !> Collective among them: send a number to each, and receive one from each.
    subroutine swap_counts(self, given, taken)
       class(near_ranks_t), intent(in) :: self
       integer, intent(in) :: given(:)  !< (ranks)
@@ -42,7 +42,7 @@ contains
       call MPI_Neighbor_alltoall(given, 1, MPI_INTEGER, taken, 1, MPI_INTEGER, self%graph)
    end subroutine swap_counts
 
-   !> Collective among them: `counts` values for each, and from each, one rank's behind another's.
+   !> Collective among them: send `counts` values to each, and receive values from each, rank by rank.
    subroutine swap_reals(self, given, counts_given, taken, counts_taken)
       class(near_ranks_t), intent(in) :: self
       real(wp), intent(in) :: given(*)
@@ -73,7 +73,7 @@ contains
                                   counts_taken, starts(counts_taken), MPI_INTEGER8, self%graph)
    end subroutine swap_longs
 
-   !> How many values stand before those of each rank.
+   !> Number of values before those of each rank.
    pure function starts(counts)
       integer, intent(in) :: counts(:)
       integer :: starts(size(counts)), r

@@ -1,4 +1,4 @@
-!> Values that are linear between given times.
+!> Piecewise linear functions of time.
 module m_piecewise
    use m_kinds, only: wp
    implicit none
@@ -7,7 +7,7 @@ module m_piecewise
 
 contains
 
-   !> The value at a time: linear between the given times, which rise; held before the first and after the
+   !> The value at a time: linear between the given times, which rise; constant before the first and after the
    !> last.
    pure real(wp) function value_at(times, values, time) result(value)
       real(wp), intent(in) :: times(:), values(:) !< of equal size, at least 1
@@ -24,7 +24,7 @@ contains
       end if
    end function value_at
 
-   !> Integral of the same from one time to another, exact for its pieces.
+   !> Exact integral of the same between two times.
    pure real(wp) function integral(times, values, from, to)
       real(wp), intent(in) :: times(:), values(:), from, to
       real(wp) :: begun, ended
@@ -42,7 +42,7 @@ contains
       end do
    end function integral
 
-   !> How many of the times, which rise, are at or before this one; found by halving, for they may be many.
+   !> Number of the times, which rise, at or before this one; by bisection, for they may be many.
    pure integer function last_before(times, time) result(low)
       real(wp), intent(in) :: times(:), time
       integer :: high, middle

@@ -1,4 +1,4 @@
-!> Processes of the machine: which one this is, and whether another one still runs.
+!> Processes of the machine: the identity of this one, and whether another one still runs.
 module m_process
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t, c_intptr_t, c_null_char
    use m_filesystem, only: read_file, system_error
@@ -7,14 +7,14 @@ module m_process
    private
    public :: process_t, this_process
 
-   !> A process as others can tell it from all before and after it.
+   !> A process, identified uniquely among all before and after it.
    type :: process_t
       character(len=:), allocatable :: host   !< name of the machine
-      character(len=:), allocatable :: system !< its start, and the space in which process ids are counted (a
-                                              !< container has its own)
+      character(len=:), allocatable :: system !< its start, and the namespace of its process ids (a container
+                                              !< has its own)
       integer :: id = 0
-      character(len=:), allocatable :: start !< of the process, in ticks of the machine's clock; '0' where the
-                                             !< system does not tell
+      character(len=:), allocatable :: start !< of the process, in ticks of the machine's clock; '0' if
+                                             !< unknown
    contains
       procedure :: neighbours
       procedure :: runs
@@ -22,7 +22,7 @@ module m_process
 
    integer, parameter :: longest = 4096, name_length = 256
    integer(c_int), parameter :: no_such_process = 3
-   integer, parameter :: start_field = 20 !< of /proc/PID/stat, counted behind the name in brackets
+   integer, parameter :: start_field = 20 !< of /proc/PID/stat, counted after the name in brackets
 
    interface
       integer(c_int) function c_getpid() bind(c, name='getpid')
@@ -64,13 +64,13 @@ contains
       own%system = boot(:scan(boot//new_line('a'), new_line('a')) - 1)//' '//text_of(letters, max(0, length))
    end function this_process
 
-   !> Whether `other` is, or was, of the same start of the same machine, so that this process can look for it.
+   !> True when `other` belongs to the same start of the same machine, so that this process can check it.
    pure logical function neighbours(self, other)
       class(process_t), intent(in) :: self, other
       neighbours = self%host == other%host .and. self%system == other%system
    end function neighbours
 
-   !> Whether a process of this machine still runs: its id may have gone to another one since.
+   !> True when a process of this machine still runs: its id may have been reused since.
    logical function runs(self)
       class(process_t), intent(in) :: self
       character(len=:), allocatable :: start
@@ -81,8 +81,7 @@ contains
       if (start /= '0' .and. self%start /= '0') runs = start == self%start
    end function runs
 
-   !> When a process began; '0' where the system does not tell, 'ended' where only its parent has not noticed
-   !> yet.
+   !> Start of a process; '0' if unknown, 'ended' if it has ended but its parent has not collected it.
    function start_of(id) result(start)
       integer, intent(in) :: id
       character(len=:), allocatable :: start

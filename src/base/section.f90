@@ -1,6 +1,6 @@
-!> Scenes that are given by a section, the plane y = 0 (theory.md, Sections): of a body of revolution about
-!> the axis x = y = 0, or of one that goes on along y as it is. Where the particles stand is the section;
-!> their masses and volumes are those of all that it stands for.
+!> Scenes given by a section, the plane y = 0 (theory.md, Sections): of a body of revolution about the axis x
+!> = y = 0, or of one that is uniform along y. Particles are positioned on the section; their masses and
+!> volumes are those of the whole ring or slice.
 module m_section
    use m_kinds, only: wp
    use m_constants, only: pi
@@ -23,19 +23,19 @@ module m_section
 
 contains
 
-   !> True where there is a section at all: one layer of particles, on the node plane y = 0.
+   !> True if there is a section: one layer of particles, on the node plane y = 0.
    pure logical function is_flat(self)
       class(section_t), intent(in) :: self
       is_flat = self%geometry /= geometry_3d
    end function is_flat
 
-   !> True where x is the radius and z the axis of a body of revolution.
+   !> True if x is the radius and z the axis of a body of revolution.
    pure logical function is_round(self)
       class(section_t), intent(in) :: self
       is_round = self%geometry == geometry_axisymmetric
    end function is_round
 
-   !> How far what stands at a radius goes on across the section: once around, or for one metre, m.
+   !> Extent normal to the section at a radius: once around, or one metre, m.
    pure elemental real(wp) function depth(self, radius)
       class(section_t), intent(in) :: self
       real(wp), intent(in) :: radius !< m
@@ -43,7 +43,7 @@ contains
       if (self%is_round()) depth = 2.0_wp*pi*radius
    end function depth
 
-   !> As the scene has it.
+   !> The word of the section in a scene.
    pure function word(self)
       class(section_t), intent(in) :: self
       character(len=:), allocatable :: word

@@ -1,5 +1,4 @@
-!> What the outside world asks of a run by signals. A handler may do little more than set a flag: the flags
-!> are module variables.
+!> Requests to a run by signals. A handler may do little more than set a flag: the flags are module variables.
 module m_signals
    use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_funptr, c_funloc, c_null_funptr
    implicit none
@@ -23,8 +22,8 @@ module m_signals
 
 contains
 
-   !> From here on SIGUSR1, SIGINT and SIGTERM are noted, and do nothing else. A file that grows beyond what
-   !> is allowed is an error of writing, and no signal.
+   !> From here on SIGUSR1, SIGINT and SIGTERM are only recorded. A file that grows beyond its size limit
+   !> gives a write error instead of a signal.
    subroutine catch_signals()
       type(c_funptr) :: ignored
       ignored = c_signal(signal_user, c_funloc(note_signal))
@@ -33,13 +32,13 @@ contains
       ignored = c_signal(signal_file_size, transfer(to_ignore, c_null_funptr))
    end subroutine catch_signals
 
-   !> The signal that this rank has had: one that ends the run before one that does not; 0 for none.
+   !> The signal received by this rank: one that ends the run has priority over one that does not; 0 if none.
    integer function signal_caught()
       signal_caught = stop_signal
       if (signal_caught == 0) signal_caught = user_signal
    end function signal_caught
 
-   !> The wish for a checkpoint has been met.
+   !> Clear the request for a checkpoint, which has been written.
    subroutine forget_checkpoint_signal()
       user_signal = 0
    end subroutine forget_checkpoint_signal

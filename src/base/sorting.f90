@@ -7,7 +7,8 @@ module m_sorting
 
 contains
 
-   !> Order in which pairs (first, second) rise, first key first: bottom-up merge sort, stable.
+   !> Permutation that sorts pairs (first, second) in rising order, first key first: bottom-up merge sort,
+   !> stable.
    pure function sorted_order(first, second) result(order)
       integer(i8), intent(in) :: first(:), second(:) !< the same size
       integer :: order(size(first))

@@ -6,8 +6,7 @@ module m_text
    private
    public :: to_text, exact_text, in_column, si, duration
 
-   !> The shortest text of a number: no blanks, reals to 6 significant digits (or as many as asked for, up to
-   !> 17).
+   !> The shortest text of a number: no blanks, reals to 6 significant digits (or to `digits`, up to 17).
    interface to_text
       module procedure integer_to_text, long_to_text, real_to_text
    end interface to_text
@@ -66,8 +65,8 @@ contains
       end do
    end function exact_text
 
-   !> A real at the right of a column of a table, with a blank before it; where it is too large for that, in
-   !> fewer digits and with an exponent.
+   !> A real, right-aligned in a column of a table, with a blank before it; if too large, in fewer digits and
+   !> with an exponent.
    pure function in_column(value, width, decimals) result(text)
       real(wp), intent(in) :: value
       integer, intent(in) :: width !< characters, 8 or more
@@ -81,7 +80,7 @@ contains
       text = adjustr(text)
    end function in_column
 
-   !> A value with the SI prefix that suits it, to 4 significant digits: `1.034 ps`, `64 nm`, `70 GPa`.
+   !> A value with a suitable SI prefix, to 4 significant digits: `1.034 ps`, `64 nm`, `70 GPa`.
    pure function si(value, unit) result(text)
       real(wp), intent(in) :: value
       character(len=*), intent(in) :: unit !< the unit without prefix, for instance `Pa`
@@ -151,7 +150,7 @@ contains
       negative = value < 0.0_wp
    end subroutine split
 
-   !> Put the point into digits whose first one counts 10**exponent.
+   !> Insert the point into digits whose first one has the weight 10**exponent.
    pure function with_point(mantissa, exponent) result(text)
       character(len=*), intent(in) :: mantissa
       integer, intent(in) :: exponent

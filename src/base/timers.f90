@@ -15,12 +15,12 @@ module m_timers
 
    integer, parameter :: name_length = 20 ! of effects' groups too
 
-   !> Seconds and calls of each row on this rank: the phases, then one row an effect. One row runs at a time,
-   !> on one level.
+   !> Seconds and calls of each row on this rank: the phases, then one row an effect. One row is timed at a
+   !> time, on one level.
    type :: timers_t
       character(len=name_length), allocatable :: names(:)
       real(wp), allocatable :: seconds(:)
-      real(wp), allocatable :: on_levels(:, :) !< of these, those on each level: (rows, levels)
+      real(wp), allocatable :: on_levels(:, :) !< part of these on each level: (rows, levels)
       integer(i8), allocatable :: calls(:)
       integer(int64), private :: begun = 0
       integer, private :: running = 0
@@ -44,15 +44,15 @@ contains
       wall_time = real(count, wp)/real(rate, wp)
    end function wall_time
 
-   !> Time (s) that the processor has worked for this process.
+   !> Processor time (s) of this process.
    real(wp) function processor_time()
       call cpu_time(processor_time)
    end function processor_time
 
-   !> The rows of the phases, at zero.
+   !> Initialise the rows of the phases to zero.
    subroutine start(self, levels)
       class(timers_t), intent(out) :: self
-      integer, intent(in), optional :: levels !< 1 where it is not given
+      integer, intent(in), optional :: levels !< 1 if absent
       integer :: columns
       columns = 1
       if (present(levels)) columns = levels
@@ -62,7 +62,7 @@ contains
       allocate (self%calls(phases), source=0_i8)
    end subroutine start
 
-   !> The row with a name behind those of the phases; a new one at the end if there is none yet.
+   !> The row with a name after those of the phases; a new one at the end if there is none yet.
    integer function row_of(self, name) result(row)
       class(timers_t), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -80,7 +80,7 @@ contains
       call move_alloc(more, self%on_levels)
    end function row_of
 
-   !> From here on time is that of a level; 0: of none. Ends the running row, if any.
+   !> Attribute time to a level from here on; 0: to none. Stops the running row, if any.
    subroutine on_level(self, level)
       class(timers_t), intent(inout) :: self
       integer, intent(in) :: level
@@ -88,7 +88,7 @@ contains
       self%level = level
    end subroutine on_level
 
-   !> Begin a row; the one that runs ends here.
+   !> Start a row; stops the running one.
    subroutine enter(self, row)
       class(timers_t), intent(inout) :: self
       integer, intent(in) :: row
@@ -98,7 +98,7 @@ contains
       call system_clock(self%begun)
    end subroutine enter
 
-   !> End the running row, if any.
+   !> Stop the running row, if any.
    subroutine leave(self)
       class(timers_t), intent(inout) :: self
       integer(int64) :: now, rate
