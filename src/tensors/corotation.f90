@@ -1,5 +1,5 @@
-!> The corotational frame of many particles at once: F = R U, and what turns into the frame of R (theory.md,
-!> eq. corotational).
+!> The corotational frame of many particles at once: F = R U, and rotation of tensors into the frame of R
+!> (theory.md, eq. corotational).
 module m_corotation
    use m_kinds, only: wp
    implicit none
@@ -8,13 +8,14 @@ module m_corotation
       strain_and_spin, turn_by
 
    integer, parameter :: iteration_limit = 60 !< stretches of 1e6 need 25
-   real(wp), parameter :: close_enough = 1.0e-8_wp !< last change of R: what is still missing is of its square
+   real(wp), parameter :: close_enough = 1.0e-8_wp !< limit of the last change of R: the remaining error is of
+                                                   !< its square
 
 contains
 
    !> R of F = R U, and U, of n particles; a matrix has component (i, j) at 3 (j-1) + i, U is xx yy zz yz xz
-   !> xy. R is the limit of R <- (R + R^-T)/2, begun with F (Higham 1986), taken from each particle until it
-   !> stays.
+   !> xy. R is the limit of R <- (R + R^-T)/2, started with F (Higham 1986), iterated for each particle until
+   !> converged.
    pure subroutine split_gradient(n, f, r, u)
       integer, intent(in) :: n
       real(wp), intent(in) :: f(n, 9)
@@ -45,12 +46,12 @@ contains
       end do
    end subroutine split_gradient
 
-   !> One iteration of one particle, which stays as it is once `change` is small.
+   !> One iteration for one particle, which is skipped once `change` is small.
    pure elemental subroutine come_nearer(a11, a21, a31, a12, a22, a32, a13, a23, a33, change)
       real(wp), intent(inout) :: a11, a21, a31, a12, a22, a32, a13, a23, a33, change
       real(wp) :: c11, c21, c31, c12, c22, c32, c13, c23, c33, h, half
       half = merge(0.5_wp, 0.0_wp, change > close_enough)
-      ! c is made of the cofactors of a: a^-T = c/det a
+      ! c holds the cofactors of a: a^-T = c/det a
       c11 = a22*a33 - a32*a23; c21 = a32*a13 - a12*a33; c31 = a12*a23 - a22*a13
       c12 = a31*a23 - a21*a33; c22 = a11*a33 - a31*a13; c32 = a21*a13 - a11*a23
       c13 = a21*a32 - a31*a22; c23 = a31*a12 - a11*a32; c33 = a11*a22 - a21*a12
@@ -107,8 +108,8 @@ contains
       xy = t11*q21 + t12*q22 + t13*q23
    end subroutine turn
 
-   !> The step of n particles: F <- (I + A) F with A = dt L, and of G = A - A^2/2 (eq. elastic) the symmetric
-   !> part and the axial vector of the skew one.
+   !> Advance n particles by a step: F <- (I + A) F with A = dt L; returns the symmetric part of G = A - A^2/2
+   !> (eq. elastic) and the axial vector of its skew part.
    pure subroutine advance_gradient(n, time_step, gradient, f, strain, spin, half)
       integer, intent(in) :: n
       real(wp), intent(in) :: time_step, gradient(n, 9) !< s; 1/s
@@ -134,8 +135,8 @@ contains
       end do
    end subroutine advance_gradient
 
-   !> Of G = A - A^2/2, A = dt L (eq. elastic), the symmetric part, xx yy zz yz xz xy, and the axial vector of
-   !> the skew one.
+   !> The symmetric part, xx yy zz yz xz xy, of G = A - A^2/2, A = dt L (eq. elastic), and the axial vector of
+   !> its skew part.
    pure subroutine strain_and_spin(n, time_step, gradient, strain, spin)
       integer, intent(in) :: n
       real(wp), intent(in) :: time_step, gradient(n, 9) !< s; 1/s
@@ -208,12 +209,12 @@ contains
              + 0.25_wp*a13*(0.5_wp*a21*a32 - (1.0_wp + 0.5_wp*a22)*a31)
    end subroutine increments
 
-   !> The turn of a step beyond that of the frame: the vector w of the Cayley transform of R^T Q R_old, Q the
+   !> The rotation of a step relative to the frame: the vector w of the Cayley transform of R^T Q R_old, Q the
    !> Cayley transform of the axial vector `spin` of the step.
    pure subroutine relative_spin(n, r_old, r, spin)
       integer, intent(in) :: n
       real(wp), intent(in) :: r_old(n, 9), r(n, 9)
-      real(wp), intent(inout) :: spin(n, 3) !< of the step in, beyond the frame's, in the frame, out
+      real(wp), intent(inout) :: spin(n, 3) !< in: of the step; out: relative to the frame, in the frame
       integer :: p
       !$omp simd
       do p = 1, n

@@ -1,11 +1,11 @@
-!> Polar decomposition of 3 x 3 matrices, and what it is made of.
+!> Polar decomposition of 3 x 3 matrices, with cofactors and logarithm.
 module m_polar
    use m_kinds, only: wp
    implicit none
    private
    public :: polar, determinant, cofactors, logarithm
 
-   integer, parameter :: iteration_limit = 60 !< four do where strains are small
+   integer, parameter :: iteration_limit = 60 !< four suffice for small strains
    real(wp), parameter :: settled = 4.0_wp*epsilon(1.0_wp)
 
 contains
@@ -16,7 +16,7 @@ contains
          a(1, 2)*(a(2, 3)*a(3, 1) - a(2, 1)*a(3, 3)) + a(1, 3)*(a(2, 1)*a(3, 2) - a(2, 2)*a(3, 1))
    end function determinant
 
-   !> Those of a matrix: over its determinant they are the transpose of its inverse.
+   !> Cofactors of a matrix: divided by its determinant they are the transpose of its inverse.
    pure function cofactors(a) result(c)
       real(wp), intent(in) :: a(3, 3)
       real(wp) :: c(3, 3)
@@ -33,7 +33,7 @@ contains
 
    !> F = R U by Newton's iteration (Higham 1986), X <- (X + X^-T)/2. F = I gives R = U = I to the bit.
    pure subroutine polar(f, r, u)
-      real(wp), intent(in) :: f(3, 3) !< of determinant above 0
+      real(wp), intent(in) :: f(3, 3) !< determinant above 0
       real(wp), intent(out) :: r(3, 3), u(3, 3)
       real(wp) :: c(3, 3), next(3, 3), change
       integer :: n

@@ -10,14 +10,14 @@ module m_rotations
 
 contains
 
-   !> The turn by an angle (rad) about a unit vector.
+   !> The rotation by an angle (rad) about a unit vector.
    pure function turn_by(axis, angle) result(q)
       real(wp), intent(in) :: axis(3), angle
       real(wp) :: q(4) !< cosine and vector
       q = [cos(0.5_wp*angle), sin(0.5_wp*angle)*axis]
    end function turn_by
 
-   !> One rotation and then another one; of length 1 again.
+   !> The rotation `first` followed by `second`; normalised.
    pure function followed_by(first, second) result(q)
       real(wp), intent(in) :: first(4), second(4)
       real(wp) :: q(4)
@@ -26,7 +26,7 @@ contains
       q = q/norm2(q)
    end function followed_by
 
-   !> Its columns are where the axes go.
+   !> The rotation matrix: its columns are the rotated axes.
    pure function matrix_of(q) result(r)
       real(wp), intent(in) :: q(4)
       real(wp) :: r(3, 3)
@@ -38,7 +38,7 @@ contains
    end function matrix_of
 
    !> The quaternion of a rotation matrix, with w not below 0 where the angle is below 120 degrees (Shepperd
-   !> 1978: from the largest of the four).
+   !> 1978: from the largest of the four components).
    pure function quaternion_of(r) result(q)
       real(wp), intent(in) :: r(3, 3)
       real(wp) :: q(4), trace
@@ -59,8 +59,8 @@ contains
       q = q/norm2(q)
    end function quaternion_of
 
-   !> That of Bunge's Euler angles (phi1, Phi, phi2; radians): it turns the axes of a crystal, which lie along
-   !> the sample's at first, about z, then x, then z, each as they have been turned. Its matrix takes
+   !> The quaternion of Bunge's Euler angles (phi1, Phi, phi2; radians): it rotates the crystal's axes,
+   !> initially along the sample's, about z, then the rotated x, then the rotated z. Its matrix transforms
    !> components along the crystal's axes to components along the sample's: the transpose of Bunge's g.
    pure function from_euler(angles) result(q)
       real(wp), intent(in) :: angles(3)
@@ -69,7 +69,7 @@ contains
       q = followed_by(followed_by(turn_by(z, angles(3)), turn_by(x, angles(2))), turn_by(z, angles(1)))
    end function from_euler
 
-   !> The angle of the rotation that takes one to the other, radians, 0 to pi.
+   !> The angle of the rotation between two orientations, radians, 0 to pi.
    pure real(wp) function angle_between(a, b) result(angle)
       real(wp), intent(in) :: a(4), b(4)
       real(wp) :: q(4)

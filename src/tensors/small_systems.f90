@@ -1,5 +1,4 @@
-!> Symmetric positive definite systems of a handful of unknowns (Cholesky), for laws that solve one a
-!> particle.
+!> Small symmetric positive definite systems (Cholesky), for laws that solve one a particle.
 module m_small_systems
    use m_kinds, only: wp
    implicit none
@@ -8,7 +7,7 @@ module m_small_systems
 
 contains
 
-   !> A x = b by A = L L^T; the upper triangle of A is not read. Not `definite`: x is not set.
+   !> Solve A x = b by A = L L^T; the upper triangle of A is not read. If not `definite`, x is undefined.
    pure subroutine solve_definite(n, a, b, x, definite)
       integer, intent(in) :: n
       real(wp), intent(in) :: a(n, n), b(n)
@@ -49,7 +48,7 @@ contains
       end do
    end subroutine solve_definite
 
-   !> The inverse of a symmetric matrix, one column after the other; not set where it is not `definite`.
+   !> The inverse of a symmetric matrix, column by column; undefined if not `definite`.
    pure subroutine invert_definite(a, inverse, definite)
       real(wp), intent(in) :: a(:, :)
       real(wp), intent(out) :: inverse(:, :)

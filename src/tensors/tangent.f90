@@ -1,11 +1,11 @@
-!> A matrix of elastic moduli, of any symmetry: the fastest plane wave, and what a stress stores.
+!> A matrix of elastic moduli, of any symmetry: the fastest plane wave, and the strain energy of a stress.
 module m_tangent
    use m_kinds, only: wp
    implicit none
    private
    public :: tangent_t
 
-   !> Rows and columns are xx yy zz yz xz xy; strains of shear are twice those of the tensor.
+   !> Rows and columns are xx yy zz yz xz xy; shear strains are engineering strains.
    type :: tangent_t
       real(wp) :: stiffness(6, 6) = 0.0_wp  !< Pa
       real(wp) :: compliance(6, 6) = 0.0_wp !< its inverse, 1/Pa, by `invert`
@@ -15,12 +15,12 @@ module m_tangent
    end type tangent_t
 
    integer, parameter :: places(3, 3) = reshape([1, 6, 5, 6, 2, 4, 5, 4, 3], [3, 3])
-   integer, parameter :: turns = 200 !< of the search: from the nearest of its starts it needs a few dozen
+   integer, parameter :: turns = 200 !< limit of search iterations: from the nearest of the starts a few dozen
+                                     !< suffice
 
 contains
 
-   !> The compliance of the symmetric part by Cholesky's factors; false where it stores no energy under some
-   !> strain.
+   !> The compliance of the symmetric part by Cholesky factorisation; false if it is not positive definite.
    logical function invert(self) result(good)
       class(tangent_t), intent(inout) :: self
       real(wp) :: l(6, 6), x(6)
@@ -50,9 +50,9 @@ contains
       good = .true.
    end function invert
 
-   !> Largest m.A(n).m over all directions n of travel and m of motion, A_ik = C_ijkl n_j n_l, Pa. Each of the
-   !> two is improved in turn with the other held, which never goes down, from the axes, the diagonals of the
-   !> faces and those of the cube.
+   !> Largest m.A(n).m over all directions n of propagation and m of motion, A_ik = C_ijkl n_j n_l, Pa. The
+   !> two are maximised alternately, which never decreases the value, starting from the axes, the face
+   !> diagonals and the space diagonals.
    pure real(wp) function wave_modulus(self)
       class(tangent_t), intent(in) :: self
       real(wp) :: n(3), m(3)
@@ -62,7 +62,7 @@ contains
          do j = -1, 1
             do i = -1, 1
                if (all([i, j, k] == 0)) cycle
-               n = [1.0_wp, 0.9_wp, 0.8_wp]*[i, j, k] ! off the axes of symmetry, where a search may stay
+               n = [1.0_wp, 0.9_wp, 0.8_wp]*[i, j, k] ! off the axes of symmetry, where the search may stall
                n = n/norm2(n)
                m = n
                do turn = 1, turns

@@ -1,4 +1,4 @@
-!> Vectors of three.
+!> Vectors of three components.
 module m_vectors
    use m_kinds, only: wp
    implicit none
@@ -14,7 +14,7 @@ contains
       c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
    end function cross
 
-   !> Two unit vectors across a unit vector and each other, which make a right-handed system with it.
+   !> Two orthogonal unit vectors normal to a unit vector, which form a right-handed system with it.
    pure function tangents(normal) result(t)
       real(wp), intent(in) :: normal(3)
       real(wp) :: t(3, 2)
@@ -25,7 +25,7 @@ contains
       t(:, 2) = cross(normal, t(:, 1))
    end function tangents
 
-   !> The part of a vector across a unit vector, made a unit vector; 0 where there is none.
+   !> The direction of a vector's component normal to a unit vector; 0 if there is none.
    pure function part_across(a, axis) result(part)
       real(wp), intent(in) :: a(3), axis(3)
       real(wp) :: part(3)
@@ -33,8 +33,8 @@ contains
       if (norm2(part) > 0.0_wp) part = part/norm2(part)
    end function part_across
 
-   !> A vector as its part against a unit vector and its part across it: their lengths, and the unit vector of
-   !> the second, which is 0 where there is none.
+   !> Split a vector into its components against and normal to a unit vector: their lengths, and the direction
+   !> of the second, which is 0 if there is none.
    pure subroutine split_along(axis, a, height, radius, radial)
       real(wp), intent(in) :: axis(3), a(3)
       real(wp), intent(out) :: height, radius, radial(3)
