@@ -1,4 +1,4 @@
-!> The line of names that may stand over the columns of a text: `x y z`, `X [nm];Y [nm];Height [nm]`.
+!> The header line of column names of a text: `x y z`, `X [nm];Y [nm];Height [nm]`.
 module m_column_names
    use m_kinds, only: wp
    use m_length_units, only: length_unit
@@ -16,10 +16,11 @@ module m_column_names
    character(len=*), parameter :: brackets = '[](){}', quotes = '''"'
 
    type, public :: columns_t
-      integer :: line = 0                              !< its number in the file; 0: there is none
-      character(len=:), allocatable :: shown           !< as it stands
+      integer :: line = 0                              !< line number in the file; 0: no header
+      character(len=:), allocatable :: shown           !< the line as written
       character(len=longest), allocatable :: name(:)   !< in lower case, without quotes, blanks, _, - and unit
-      character(len=longest), allocatable :: unit(:)   !< behind it, in brackets or behind / or _; empty: none
+      character(len=longest), allocatable :: unit(:)   !< after the name, in brackets or after / or _; empty:
+                                                       !< none
    contains
       procedure :: find
       procedure :: sentence
@@ -27,11 +28,11 @@ module m_column_names
 
 contains
 
-   !> Read the line of names, if the first line with anything in it is one: words alone, and a number begins
-   !> the next line.
+   !> Read the header line, if the first non-empty line is one: words only, and the next line begins with a
+   !> number.
    subroutine read_columns(bytes, lines, columns)
       character(len=*), intent(in) :: bytes
-      type(lines_t), intent(inout) :: lines !< then behind that line
+      type(lines_t), intent(inout) :: lines !< on return after that line
       type(columns_t), intent(out) :: columns
       type(lines_t) :: ahead, behind
       integer :: first, last
@@ -51,7 +52,7 @@ contains
       lines = ahead
    end subroutine read_columns
 
-   !> The next line that is neither empty nor a comment: where it begins and ends.
+   !> Range of the next line that is neither empty nor a comment.
    logical function next_content(bytes, lines, first, last)
       character(len=*), intent(in) :: bytes
       type(lines_t), intent(inout) :: lines
@@ -72,7 +73,7 @@ contains
       end do
    end function next_content
 
-   !> It begins with a letter or a quote, and has no bytes that are no text.
+   !> True when the line begins with a letter or a quote, and is text.
    pure logical function is_text(line)
       character(len=*), intent(in) :: line
       integer :: i
@@ -94,13 +95,14 @@ contains
       words%last = last
       if (.not. words%next_word(bytes, at, to)) return
       call read_real(bytes(at:to), value, fault)
-      if (fault == number_none .and. index(bytes(at:last), ',') > 0) & ! 1,5: parted by its decimal comma
+      if (fault == number_none .and. index(bytes(at:last), ',') > 0) & ! 1,5 is one number with a decimal
+                                                                       ! comma
          call read_real(bytes(at:at + scan(bytes(at:last)//',', ',') - 2), value, fault)
       begins_with_number = fault /= number_none
    end function begins_with_number
 
-   !> Cut a line into names: at tabs, else at semicolons, else at commas, else at blanks that no bracket
-   !> follows.
+   !> Split a line into names: at tabs, else at semicolons, else at commas, else at blanks not followed by a
+   !> bracket.
    subroutine part(line, columns, are_names)
       character(len=*), intent(in) :: line
       type(columns_t), intent(inout) :: columns
@@ -128,7 +130,7 @@ contains
          from = to + 1
       end do
    contains
-      !> A unit in brackets stands behind the blank.
+      !> True when a unit in brackets follows the blank.
       pure logical function goes_on(rest)
          character(len=*), intent(in) :: rest
          goes_on = .false.
@@ -137,7 +139,7 @@ contains
       end function goes_on
    end subroutine part
 
-   !> One more column: its name and its unit.
+   !> Append a column: its name and its unit.
    subroutine add(text, columns)
       character(len=*), intent(in) :: text
       type(columns_t), intent(inout) :: columns
@@ -182,7 +184,7 @@ contains
                 any(word == [character(len=7) :: 'deg', 'degrees', 'rad', 'radians'])
    end function is_unit
 
-   !> The column that has one of several names; 0: none has.
+   !> The column with one of several names; 0: none.
    pure integer function find(self, names)
       class(columns_t), intent(in) :: self
       character(len=*), intent(in) :: names(:)
@@ -196,7 +198,7 @@ contains
       end do
    end function find
 
-   !> That the names are not those of what is read.
+   !> Message that the names are not those expected.
    function sentence(self, allowed) result(text)
       class(columns_t), intent(in) :: self
       character(len=*), intent(in) :: allowed

@@ -1,5 +1,5 @@
-!> Grains of a file of DREAM.3D or DREAM3D-NX: FeatureIds of the voxels, 0 for none, and the angles of the
-!> features in radians, whose row 0 stands for none.
+!> Grains from a file of DREAM.3D or DREAM3D-NX: FeatureIds of the voxels, 0 for none, and the angles of the
+!> features in radians, where row 0 is unused.
 module m_dream3d
    use m_kinds, only: wp, i4
    use m_grain_list, only: grain_list_t
@@ -58,7 +58,7 @@ contains
       call find_size(tables, container, [extent(1), extent(2), extent(3)], list%size)
    end subroutine read_dream3d
 
-   !> The angles of features in the container of the voxels: the average ones first.
+   !> The angles of features in the container of the voxels: preferably the average ones.
    subroutine choose_list(tables, container, lists, path, fault)
       type(tables_t), intent(in) :: tables
       character(len=*), intent(in) :: container
@@ -81,7 +81,7 @@ contains
          '; make the average orientations of the features first (Find Feature Average Orientations)'
    end subroutine choose_list
 
-   !> Extents of the voxels together, in the unit of the file; zeros where it does not say.
+   !> Total extents of the voxels, in the unit of the file; zeros if not given.
    subroutine find_size(tables, container, extent, size_of)
       type(tables_t), intent(in) :: tables
       character(len=*), intent(in) :: container

@@ -1,14 +1,14 @@
-!> Files that people bring and that are not read here: what they are, by their first bytes, and what to do.
+!> Unsupported files that users bring: their kind, by their first bytes, and the advice for them.
 module m_foreign_files
    use m_words, only: lower_case
    implicit none
    private
    public :: foreign_map, foreign_grains
 
-   !> How a kind of file begins, what it is, and what is allowed in its place.
+   !> The first bytes of a kind of file, its name, and what is allowed instead.
    type :: kind_t
       character(len=32) :: begins = ''
-      integer :: length = 0 !< of `begins`; bytes of 0 count
+      integer :: length = 0 !< of `begins`; includes zero bytes
       character(len=64) :: what = ''
       character(len=192) :: allowed = ''
    end type kind_t
@@ -25,7 +25,7 @@ module m_foreign_files
 
 contains
 
-   !> What a file of a surface or of heights is; empty: none of these.
+   !> Message on a file given as surface or heights; empty: unknown kind.
    pure function foreign_map(bytes) result(fault)
       character(len=*), intent(in) :: bytes
       character(len=:), allocatable :: fault
@@ -39,7 +39,7 @@ contains
          fault = 'is a universal file of I-DEAS (.unv); allowed: '//maker
    end function foreign_map
 
-   !> What a file of grains is; empty: none of these.
+   !> Message on a file given as grains; empty: unknown kind.
    pure function foreign_grains(bytes) result(fault)
       character(len=*), intent(in) :: bytes
       character(len=:), allocatable :: fault
@@ -84,7 +84,7 @@ contains
       kind%allowed = allowed
    end function kind_of
 
-   !> Heights of instruments, and of their standards.
+   !> Height formats of instruments, and standard formats.
    pure function instruments() result(kinds)
       type(kind_t), allocatable :: kinds(:)
       kinds = [kind_of('bISO-1.0', 'a surface data file (.sdf, ISO 25178-71)', gwyddion), &
@@ -102,7 +102,7 @@ contains
                kind_of('AliconaImaging', 'a file of Alicona (.al3d)', gwyddion)]
    end function instruments
 
-   !> Heights of probe microscopes and of maps' programs, texts in a code of their own, pictures.
+   !> Heights of probe microscopes and of mapping programs, texts in other encodings, pictures.
    pure function microscopes() result(kinds)
       type(kind_t), allocatable :: kinds(:)
       character(len=*), parameter :: picture = 'heights, STL or OBJ. Export the heights as text'
@@ -126,7 +126,7 @@ contains
                        'heights saved by Gwyddion as .gwy, a body as STL or OBJ')]
    end function microscopes
 
-   !> Models of CAD and of drawing programs.
+   !> CAD models and drawings.
    pure function models() result(kinds)
       type(kind_t), allocatable :: kinds(:)
       kinds = [kind_of('glTF', 'a glTF file', mesh), &
@@ -172,7 +172,7 @@ contains
                kind_of('TITLE', 'a file of Tecplot', deck), kind_of('#!TDV', 'a file of Tecplot', deck)]
    end function meshes
 
-   !> Decks of finite-element programs.
+   !> Input decks of finite-element programs.
    pure function decks() result(kinds)
       type(kind_t), allocatable :: kinds(:)
       kinds = [kind_of('*KEYWORD', 'a deck of LS-DYNA', maker), &
@@ -199,7 +199,7 @@ contains
       if (len(bytes) > 81) is_iges = bytes(73:73) == 'S' .and. bytes(79:80) /= '  ' .and. bytes(80:80) == '1'
    end function is_iges
 
-   !> A universal file begins with a line of -1 and one with the number of a dataset, alone.
+   !> A universal file begins with a line of -1 and a line with only the number of a dataset.
    pure logical function is_universal(bytes)
       character(len=*), intent(in) :: bytes
       character(len=4), parameter :: datasets(7) = ['151 ', '164 ', '2411', '2412', '2420', '15  ', '781 ']

@@ -1,5 +1,5 @@
-!> Grains from a file, whose kind its content tells: lines of text, HDF5 of the program's own form or of
-!> DREAM.3D, tessellations of Neper. A further format is a file of its own, and a line here.
+!> Grains from a file, whose kind is detected from its content: lines of text, HDF5 of the program's own form
+!> or of DREAM.3D, tessellations of Neper. A further format is a file of its own, and a line here.
 module m_grain_file
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use m_checksum, only: text_checksum
@@ -22,7 +22,7 @@ module m_grain_file
 
 contains
 
-   !> Read a file. `fault` says what is wrong, as what follows its name; empty: nothing.
+   !> Read a file. `fault` is a message that follows the file name; empty: no error.
    subroutine read_grain_file(path, list, checksum, fault)
       character(len=*), intent(in) :: path
       type(grain_list_t), intent(out) :: list
@@ -80,7 +80,7 @@ contains
       call close_tables(tables)
    end subroutine read_tables
 
-   !> That what a file says goes together.
+   !> Check that the contents of a file are consistent.
    subroutine check(list, fault)
       type(grain_list_t), intent(in) :: list
       character(len=:), allocatable, intent(inout) :: fault

@@ -1,4 +1,4 @@
-!> Grains as lines of text: an orientation, or x y z and an orientation, each; or columns that have names.
+!> Grains as lines of text: each an orientation, or x y z and an orientation; or named columns.
 module m_grain_lines
    use m_kinds, only: wp
    use m_column_names, only: columns_t, read_columns, max_columns
@@ -12,9 +12,9 @@ module m_grain_lines
    private
    public :: read_grain_lines
 
-   integer, parameter :: widths(6) = [3, 4, 9, 6, 7, 12] !< the last three begin with a place
+   integer, parameter :: widths(6) = [3, 4, 9, 6, 7, 12] !< the last three begin with a position
    integer, parameter :: max_width = 13
-   !> Names of orientations' columns, a form a column.
+   !> Column names of orientations, one form a column of the array.
    character(len=16), parameter :: bunge(3, 5) = reshape([character(len=16) :: 'phi1', 'phi', 'phi2', &
       'euler1', 'euler2', 'euler3', 'eulerangles0', 'eulerangles1', 'eulerangles2', &
       'avgeulerangles0', 'avgeulerangles1', 'avgeulerangles2', 'e1', 'e2', 'e3'], [3, 5])
@@ -27,7 +27,7 @@ module m_grain_lines
 
 contains
 
-   !> A line a grain; what follows #, ! or % is not read. `fault` says what is wrong; empty: nothing.
+   !> A line a grain; text after #, ! or % is ignored. `fault` is a message; empty: no error.
    subroutine read_grain_lines(bytes, list, fault)
       character(len=:), allocatable, intent(inout) :: bytes
       type(grain_list_t), intent(inout) :: list
@@ -86,11 +86,11 @@ contains
       if (n > 0) list%positions = factor*list%positions
    end subroutine read_grain_lines
 
-   !> Which of the named columns are the place and the orientation, in which units.
+   !> Find the columns of position and orientation, and their units.
    subroutine choose_columns(columns, order, factor, list, fault)
       type(columns_t), intent(in) :: columns
       integer, allocatable, intent(out) :: order(:)
-      real(wp), intent(inout) :: factor !< m, of the places' unit
+      real(wp), intent(inout) :: factor !< m, unit of the positions
       type(grain_list_t), intent(inout) :: list
       character(len=:), allocatable, intent(inout) :: fault
       integer, allocatable :: place(:)
@@ -135,7 +135,7 @@ contains
       order = [(columns%find(names(n:n)), n=1, size(names))]
    end function columns_of
 
-   !> The numbers of a line, none where it is empty.
+   !> The numbers of a line, none if it is empty.
    subroutine read_row(bytes, lines, row, n, ok)
       character(len=*), intent(in) :: bytes
       type(lines_t), intent(inout) :: lines

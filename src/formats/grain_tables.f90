@@ -1,5 +1,5 @@
-!> Grains of an HDF5 file of the program's own form: `orientations` (grains, 3, 4 or 9), and where they are
-!> known `positions` (grains, 3) of the seeds or `grain` (along z, y, x), the number of each voxel.
+!> Grains from an HDF5 file of the program's own form: `orientations` (grains, 3, 4 or 9), and optionally
+!> `positions` (grains, 3) of the seeds or `grain` (along z, y, x), the number of each voxel.
 module m_grain_tables
    use m_kinds, only: i4
    use m_grain_list, only: grain_list_t

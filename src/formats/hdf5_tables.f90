@@ -1,5 +1,5 @@
-!> Datasets of an HDF5 file that users bring, read by one rank alone. A damaged file may say that it holds far
-!> more than it does: extents are held against its size.
+!> Datasets of users' HDF5 files, read by one rank alone. A damaged file may declare much more than it
+!> contains: extents are checked against its size.
 module m_hdf5_tables
    use hdf5
    use m_kinds, only: wp, i4
@@ -8,14 +8,14 @@ module m_hdf5_tables
    public :: open_tables, close_tables, extent_of, read_reals, read_integers, find_tables, read_attribute
 
    integer, parameter :: deepest = 8, longest_name = 512, max_found = 64, max_visits = 20000
-   real(wp), parameter :: most_compressed = 4000.0_wp !< values a byte
+   real(wp), parameter :: most_compressed = 4000.0_wp !< values per byte
 
    type, public :: tables_t
       integer(hid_t) :: file = -1_hid_t
-      real(wp) :: max_values = 0.0_wp !< of a dataset
+      real(wp) :: max_values = 0.0_wp !< limit per dataset
    end type tables_t
 
-   !> Where a dataset was found.
+   !> The path of a dataset that was found.
    type, public :: table_name_t
       character(len=:), allocatable :: path
    end type table_name_t
@@ -41,7 +41,7 @@ contains
       call h5fclose_f(tables%file, ignored)
    end subroutine close_tables
 
-   !> The extents of a dataset, the fastest one first; none where it is not there or too large.
+   !> The extents of a dataset, the fastest one first; none if it does not exist or is too large.
    function extent_of(tables, name) result(extent)
       type(tables_t), intent(in) :: tables
       character(len=*), intent(in) :: name
@@ -63,7 +63,7 @@ contains
       call h5dclose_f(data, ignored)
    end function extent_of
 
-   !> All values of a dataset, the fastest extent first; not allocated where it cannot be read.
+   !> All values of a dataset, the fastest extent first; not allocated if it cannot be read.
    subroutine read_reals(tables, name, values)
       type(tables_t), intent(in) :: tables
       character(len=*), intent(in) :: name
@@ -96,7 +96,7 @@ contains
       if (status < 0) deallocate (values)
    end subroutine read_integers
 
-   !> Three numbers of an attribute of a group; zeros where there are none.
+   !> Three numbers of an attribute of a group; zeros if there are none.
    function read_attribute(tables, group, name) result(values)
       type(tables_t), intent(in) :: tables
       character(len=*), intent(in) :: group, name
@@ -119,7 +119,7 @@ contains
       call h5aclose_f(attribute, ignored)
    end function read_attribute
 
-   !> Where in a file datasets have one of some names.
+   !> Find all datasets with one of some names.
    subroutine find_tables(tables, names, found)
       type(tables_t), intent(in) :: tables
       character(len=*), intent(in) :: names(:)

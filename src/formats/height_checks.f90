@@ -1,5 +1,4 @@
-!> Heights that cannot be what they were taken for: the unit forgotten, a number that stands for no value, one
-!> far from all others.
+!> Plausibility checks of heights: a forgotten unit, a number used for missing values, an outlier.
 module m_height_checks
    use m_kinds, only: wp
    use m_text, only: to_text
@@ -11,11 +10,12 @@ module m_height_checks
    real(wp), parameter :: huge_by_any_unit = 1.0e30_wp
    real(wp), parameter :: stand_ins(6) = [-9999.0_wp, -99999.0_wp, -32768.0_wp, -32767.0_wp, 9999.0_wp, &
                                           99999.0_wp]
-   real(wp), parameter :: far_off = 50.0_wp !< a spike is so many times as far from all others as they spread
+   real(wp), parameter :: far_off = 50.0_wp !< a spike is this many times further from all others than their
+                                            !< range
 
 contains
 
-   !> What is wrong, as what follows the file's name; empty: nothing.
+   !> `fault` is a message that follows the file's name; empty: no error.
    subroutine doubt_heights(height, spacing, scale, fault)
       real(wp), intent(in) :: height(:, :) !< (along x, along y), in the file's unit
       real(wp), intent(in) :: spacing(2)   !< m
@@ -34,8 +34,7 @@ contains
                  to_text(nint(steepest))//' times as high as wide. scale is the m of the file''s unit'
    end subroutine doubt_heights
 
-   !> A number that programs write where nothing was measured, further from the other heights than these are
-   !> from each other.
+   !> Find a usual number for missing values, further from the other heights than their range.
    subroutine look_for_stand_in(height, fault)
       real(wp), intent(in) :: height(:, :)
       character(len=:), allocatable, intent(inout) :: fault
@@ -63,7 +62,7 @@ contains
       end do
    end subroutine look_for_stand_in
 
-   !> One height that is far from all others, up or down.
+   !> Find one height that is far from all others, up or down.
    subroutine look_for_spike(height, fault)
       real(wp), intent(in) :: height(:, :)
       character(len=:), allocatable, intent(inout) :: fault

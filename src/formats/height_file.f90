@@ -12,17 +12,17 @@ module m_height_file
 
 contains
 
-   !> True of bytes that begin as those of an HDF5 file.
+   !> True if the bytes begin with the signature of HDF5.
    pure logical function is_hdf5(bytes)
       character(len=*), intent(in) :: bytes
       is_hdf5 = index(bytes, achar(137)//'HDF'//achar(13)//achar(10)) == 1
    end function is_hdf5
 
-   !> The dataset `height` of a file, (along y, along x) as C and Python count; its attribute `spacing`, where
-   !> it has one, is the distances along x and y in m. `fault` says what is wrong; empty: nothing.
+   !> The dataset `height` of a file, (along y, along x) in the order of C and Python; its optional attribute
+   !> `spacing` has the distances along x and y in m. `fault` is a message; empty: no error.
    subroutine read_height_file(path, bytes, map, fault)
       character(len=*), intent(in) :: path
-      integer, intent(in) :: bytes !< of the file: a damaged one may say that it holds far more
+      integer, intent(in) :: bytes !< of the file: a damaged one may declare much more than it contains
       type(height_map_t), intent(out) :: map
       character(len=:), allocatable, intent(out) :: fault
       integer(hid_t) :: file, data, space
@@ -56,7 +56,7 @@ contains
       call h5fclose_f(file, ignored)
    end subroutine read_height_file
 
-   !> The distances, and with them that rows follow each other along y from the bottom.
+   !> Read the spacing; with it the rows are along y from the bottom.
    subroutine read_spacing(data, map)
       integer(hid_t), intent(in) :: data
       type(height_map_t), intent(inout) :: map

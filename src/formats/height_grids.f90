@@ -1,4 +1,4 @@
-!> Grids of heights with a header of their own: ESRI's ASCII grid (`ncols 4 ...`) and Surfer's (`DSAA`).
+!> Grids of heights with a header: ESRI's ASCII grid (`ncols 4 ...`) and Surfer's (`DSAA`).
 module m_height_grids
    use m_kinds, only: wp
    use m_height_map, only: height_map_t, row_at_bottom, row_at_top
@@ -10,7 +10,7 @@ module m_height_grids
    private
    public :: is_esri_grid, is_surfer_grid, read_esri_grid, read_surfer_grid
 
-   real(wp), parameter :: surfer_blank = 1.0e38_wp !< values from here on stand for none
+   real(wp), parameter :: surfer_blank = 1.0e38_wp !< larger values are missing ones
    character(len=12), parameter :: esri_words(9) = [character(len=12) :: 'ncols', 'nrows', 'cellsize', &
       'nodata_value', 'xllcorner', 'yllcorner', 'xllcenter', 'yllcenter', 'dx']
 
@@ -28,7 +28,7 @@ contains
       is_surfer_grid = index(bytes, 'DSAA') == 1
    end function is_surfer_grid
 
-   !> Words and their values, then the rows from the north (the top) on.
+   !> Keywords and their values, then the rows from the north (the top) on.
    subroutine read_esri_grid(bytes, map, fault)
       character(len=*), intent(in) :: bytes
       type(height_map_t), intent(inout) :: map
@@ -65,7 +65,7 @@ contains
       if (given(4)) call refuse_blanks(abs(map%height - value(4)) <= 0.0_wp, map%height, fault)
    end subroutine read_esri_grid
 
-   !> DSAA, numbers along x and y, from and to along x, y and z, then the rows from the bottom on.
+   !> DSAA, numbers of points along x and y, ranges of x, y and z, then the rows from the bottom on.
    subroutine read_surfer_grid(bytes, map, fault)
       character(len=*), intent(in) :: bytes
       type(height_map_t), intent(inout) :: map
@@ -99,7 +99,7 @@ contains
       call refuse_blanks(map%height >= surfer_blank, map%height, fault)
    end subroutine read_surfer_grid
 
-   !> The numbers behind a header, as many as it says; lines may break anywhere.
+   !> The numbers after a header, as many as it declares; lines may break anywhere.
    subroutine take_values(bytes, lines, counts, map, fault)
       character(len=*), intent(in) :: bytes
       type(lines_t), intent(in) :: lines

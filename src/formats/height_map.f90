@@ -1,4 +1,4 @@
-!> A map of heights as a file has it, and what the file says of itself.
+!> A height map as given in a file, with the file's metadata.
 module m_height_map
    use m_kinds, only: wp
    use m_text, only: to_text
@@ -8,27 +8,26 @@ module m_height_map
 
    character(len=6), parameter :: first_row_words(2) = ['bottom', 'top   ']
    integer, parameter :: row_at_bottom = 1, row_at_top = 2
-   real(wp), parameter :: alike = 0.01_wp !< of distances that the scene and the file name
+   real(wp), parameter :: alike = 0.01_wp !< relative tolerance between spacings of scene and file
 
    type, public :: height_map_t
       real(wp), allocatable :: height(:, :) !< (along x, along y), in the file's unit
-      real(wp) :: spacing(2) = 0.0_wp       !< along x and y, m or the file's unit; 0: not said
+      real(wp) :: spacing(2) = 0.0_wp       !< along x and y, m or the file's unit; 0: not given
       logical :: spacing_in_m = .false.
-      real(wp) :: scale = 0.0_wp            !< m, of the file's unit of heights; 0: not said
-      integer :: first_row = 0              !< where its first row lies; 0: not said
+      real(wp) :: scale = 0.0_wp            !< m, the file's unit of heights; 0: not given
+      integer :: first_row = 0              !< position of its first row; 0: not given
    end type height_map_t
 
 contains
 
-   !> What the scene says and the file says of itself go together; what one of them alone says holds. Rows
-   !> from the top are turned round. Then `spacing` and `scale` are those of the map, `fault` says what is
-   !> wrong.
+   !> Check that scene and file agree, and merge their data. Rows from the top are reversed. On return
+   !> `spacing` and `scale` are those of the map; `fault` is a message.
    subroutine agree_on(map, spacing, scale, scale_is_given, first_row, fault)
       type(height_map_t), intent(inout) :: map
-      real(wp), intent(inout) :: spacing(2)  !< as the scene says, m; 0: it does not
-      real(wp), intent(inout) :: scale       !< as the scene says, m
+      real(wp), intent(inout) :: spacing(2)  !< as given in the scene, m; 0: not given
+      real(wp), intent(inout) :: scale       !< as given in the scene, m
       logical, intent(in) :: scale_is_given
-      integer, intent(in) :: first_row       !< as the scene says; 0: it does not
+      integer, intent(in) :: first_row       !< as given in the scene; 0: not given
       character(len=:), allocatable, intent(inout) :: fault
       real(wp) :: said(2)
       integer :: row
@@ -44,7 +43,7 @@ contains
       said = map%spacing
       if (.not. map%spacing_in_m) said = scale*said
       if (all(map%spacing > 0.0_wp) .and. all(spacing > 0.0_wp)) then
-         if (.not. map%spacing_in_m) said = said*sqrt(product(spacing/said)) ! lengths may have another unit
+         if (.not. map%spacing_in_m) said = said*sqrt(product(spacing/said)) ! lengths may be in another unit
          if (any(abs(said - spacing) > alike*spacing)) &
             fault = 'says that its heights are '//to_text(map%spacing(1), 4)//' and '// &
                     to_text(map%spacing(2), 4)//' apart along x and y'// &

@@ -1,5 +1,5 @@
-!> Heights as a matrix of text: a line a row (rows follow each other along y, numbers in a row along x). The
-!> comments that Gwyddion writes before it say how wide it is and in which unit.
+!> Heights as a text matrix: a line a row (rows along y, numbers in a row along x). The comments that Gwyddion
+!> writes before it give its width and unit.
 module m_height_matrix
    use m_kinds, only: wp
    use m_height_map, only: height_map_t, row_at_top
@@ -11,8 +11,8 @@ module m_height_matrix
    private
    public :: take_matrix
 
-   integer, parameter :: max_narrow = 64 !< rows of a map that is three wide
-   integer, parameter :: min_numbered = 5 !< lines that may be a list with numbers in front
+   integer, parameter :: max_narrow = 64 !< maximum number of rows of a map of width three
+   integer, parameter :: min_numbered = 5 !< lines from which a list may be numbered
 
 contains
 
@@ -43,7 +43,7 @@ contains
       call take_header(rows%header, map, fault)
    end subroutine take_matrix
 
-   !> The first column counts the lines, which no heights do where the others are no whole numbers.
+   !> True when the first column numbers the lines: it counts up while the others are not all integers.
    pure logical function are_numbered(rows)
       type(rows_t), intent(in) :: rows
       integer :: n, width
@@ -84,7 +84,7 @@ contains
          ''', which is no length; allowed: heights in '//units_of_length
    end subroutine take_header
 
-   !> What stands behind a word of a header, to its line's end; empty where it is not there.
+   !> The text after a word of a header, to the end of the line; empty if absent.
    pure function said(header, word) result(text)
       character(len=*), intent(in) :: header, word
       character(len=:), allocatable :: text
@@ -97,7 +97,7 @@ contains
       text = trim(adjustl(header(at:at + length - 1)))
    end function said
 
-   !> A number and its unit, in m.
+   !> Read a number with its unit, in m.
    subroutine read_length(text, length, fault)
       character(len=*), intent(in) :: text
       real(wp), intent(out) :: length

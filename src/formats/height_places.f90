@@ -1,5 +1,5 @@
-!> Heights as a list of lines `x y z`, one for each place of a grid along x and y, in any order; names may
-!> stand over the columns, with units.
+!> Heights as a list of lines `x y z`, one for each point of a grid along x and y, in any order; optionally
+!> with column names and units.
 module m_height_places
    use m_kinds, only: wp, i8
    use m_column_names, only: columns_t
@@ -13,13 +13,13 @@ module m_height_places
    public :: take_places, take_named
 
    integer, parameter :: min_places = 4
-   real(wp), parameter :: same_place = 1.0e-6_wp !< of the extent: numbers that are rounded
-   real(wp), parameter :: jitter = 0.2_wp        !< of the distance of places: what scanners wander
-   real(wp), parameter :: uneven = 0.1_wp        !< of that distance, between neighbours
+   real(wp), parameter :: same_place = 1.0e-6_wp !< of the extent: tolerance for rounded numbers
+   real(wp), parameter :: jitter = 0.2_wp        !< of the grid spacing: tolerance for the drift of scanners
+   real(wp), parameter :: uneven = 0.1_wp        !< of the grid spacing: tolerance between neighbours
 
 contains
 
-   !> Keep of named columns x, y and z alone, with what their units say; then they must be a list of places.
+   !> Keep only the named columns x, y and z, converted by their units; they must then be a list of points.
    subroutine take_named(columns, rows, map, fault)
       type(columns_t), intent(in) :: columns
       type(rows_t), intent(inout) :: rows
@@ -62,8 +62,8 @@ contains
                                  'complete grid; allowed: a line for each place of a grid along x and y, once'
    end subroutine take_named
 
-   !> `is_list`: three columns of which the first two are the places of a grid, at least half of them, each
-   !> once. Then `map` is the grid, or `fault` says what it lacks.
+   !> `is_list`: three columns of which the first two are the points of a grid, at least half of them, each
+   !> once. Then `map` is the grid, or `fault` a message on what is missing.
    subroutine take_places(rows, map, is_list, fault)
       type(rows_t), intent(in) :: rows
       type(height_map_t), intent(inout) :: map
@@ -102,8 +102,8 @@ contains
       end if
    end subroutine take_places
 
-   !> The different places along an axis, rising, and which each value is: first as they are printed, then,
-   !> where that makes no grid, within the wandering of a scanner.
+   !> The distinct coordinates along an axis, rising, and the index of each value: first within rounding,
+   !> then, if that gives no grid, within the drift of a scanner.
    subroutine find_axis(value, place, number)
       real(wp), intent(in) :: value(:)
       real(wp), allocatable, intent(out) :: place(:)
@@ -144,7 +144,7 @@ contains
       is_even = all(abs(place(2:) - place(:n - 1) - step) <= uneven*step)
    end function is_even
 
-   !> Of a rising list.
+   !> Index of the nearest entry of a rising list.
    pure integer function nearest(place, value) result(low)
       real(wp), intent(in) :: place(:), value
       integer :: high, middle
@@ -161,13 +161,13 @@ contains
       if (abs(place(high) - value) < abs(place(low) - value)) low = high
    end function nearest
 
-   !> In rising order.
+   !> Values in rising order.
    function sorted_values(list) result(sorted)
       real(wp), intent(in) :: list(:)
       real(wp), allocatable :: sorted(:)
       integer(i8), allocatable :: key(:)
       key = transfer(list, [0_i8])
-      where (key < 0) key = ieor(key, huge(0_i8)) ! integers that rise as the numbers do
+      where (key < 0) key = ieor(key, huge(0_i8)) ! integers in the order of the numbers
       sorted = list(sorted_order(key, key))
    end function sorted_values
 

@@ -1,4 +1,4 @@
-!> Units of length and of angles as programs write them.
+!> Units of length and of angles, as written by programs.
 module m_length_units
    use m_kinds, only: wp
    implicit none
@@ -10,7 +10,7 @@ module m_length_units
 
 contains
 
-   !> A unit of length in m; 0: none.
+   !> A unit of length in m; 0: not a unit.
    pure real(wp) function length_unit(word) result(unit)
       character(len=*), intent(in) :: word
       select case (word)

@@ -1,4 +1,4 @@
-!> Grains of Neper's files: tessellations (.tess), by their seeds and weights, and raster tessellations
+!> Grains from Neper's files: tessellations (.tess), by their seeds and weights, and raster tessellations
 !> (.tesr), by their voxels.
 module m_neper
    use m_kinds, only: wp, i4
@@ -15,13 +15,13 @@ module m_neper
    integer, parameter :: max_bytes = 1000000000 !< of a file of voxels
    real(wp), parameter :: most_cells = 1.0e7_wp
 
-   !> A file while it is read.
+   !> A file being read.
    type :: reading_t
       type(lines_t) :: lines
       logical :: raster = .false.
       integer :: dimension = 3, cells = 0, steps(3) = 1
       real(wp) :: voxel(3) = 1.0_wp
-      character(len=:), allocatable :: folder !< of the file, with the / behind it
+      character(len=:), allocatable :: folder !< of the file, including the final /
    contains
       procedure :: word
       procedure :: numbers
@@ -36,7 +36,7 @@ contains
                  .or. index(adjustl(bytes(:min(40, len(bytes)))), '***tesr') == 1
    end function is_neper
 
-   !> `more`: the bytes of a further file that it names. `fault` says what is wrong; empty: nothing.
+   !> `more`: the bytes of a second file that it refers to. `fault` is a message; empty: no error.
    subroutine read_neper(bytes, path, list, more, fault)
       character(len=*), intent(in) :: bytes, path
       type(grain_list_t), intent(inout) :: list
@@ -70,7 +70,7 @@ contains
       if (self%raster) list%size = self%steps*self%voxel
    end subroutine read_neper
 
-   !> The next word of the file, from whatever line.
+   !> The next word of the file, across lines.
    logical function word(self, bytes, text)
       class(reading_t), intent(inout) :: self
       character(len=*), intent(in) :: bytes
@@ -85,7 +85,7 @@ contains
       text = bytes(at:to)
    end function word
 
-   !> So many numbers, all of the section that they are in or its first ones.
+   !> Read `count` numbers, all or the first ones of their section.
    subroutine numbers(self, bytes, count, values, what, fault)
       class(reading_t), intent(inout) :: self
       character(len=*), intent(in) :: bytes, what
@@ -112,7 +112,7 @@ contains
       end do
    end subroutine numbers
 
-   !> A whole number from `least` on.
+   !> An integer, at least `least`.
    integer function number(self, bytes, least, what, fault)
       class(reading_t), intent(inout) :: self
       character(len=*), intent(in) :: bytes, what
@@ -145,10 +145,10 @@ contains
       if (fault == '') call self%numbers(bytes, self%dimension, values, 'the size of a voxel', fault)
       if (fault == '') self%voxel(:self%dimension) = values
       if (fault == '' .and. any(self%voxel <= 0.0_wp)) fault = 'has voxels whose size is not above 0'
-      if (self%dimension == 2) self%voxel(3) = 0.0_wp ! any: one voxel through the box
+      if (self%dimension == 2) self%voxel(3) = 0.0_wp ! any size: one voxel through the box
    end subroutine read_general
 
-   !> Cells: of a raster tessellation the number need not be there.
+   !> Cells: optional in a raster tessellation.
    subroutine read_count(self, bytes, fault)
       type(reading_t), intent(inout) :: self
       character(len=*), intent(in) :: bytes
@@ -175,8 +175,8 @@ contains
       list%weights = table(5, :)
    end subroutine read_seeds
 
-   !> A descriptor, and the numbers of each cell. What `active` and `passive` behind it mean was exchanged in
-   !> Neper 4.10, so that they do not tell.
+   !> A descriptor, and the numbers of each cell. The meaning of `active` and `passive` after it was exchanged
+   !> in Neper 4.10, so they are ambiguous.
    subroutine read_orientations(self, bytes, list, fault)
       type(reading_t), intent(inout) :: self
       character(len=*), intent(in) :: bytes
@@ -200,7 +200,7 @@ contains
                                          'the orientations', fault)
    end subroutine read_orientations
 
-   !> id x y z state of each: the box that they fill.
+   !> id x y z state of each: their bounding box.
    subroutine read_vertices(self, bytes, list, fault)
       type(reading_t), intent(inout) :: self
       character(len=*), intent(in) :: bytes
@@ -232,7 +232,7 @@ contains
          'not tell; allowed: its raster tessellation (neper -T -loadtess FILE.tess -format tesr)'
    end subroutine read_periodicity
 
-   !> The cell of each voxel, x fastest: as text, or binary here or in a file beside this one.
+   !> The cell of each voxel, x fastest: as text, or binary here or in a second file.
    subroutine read_voxels(self, bytes, list, more, fault)
       type(reading_t), intent(inout) :: self
       character(len=*), intent(in) :: bytes

@@ -1,4 +1,4 @@
-!> OBJ files (Wavefront) from their bytes: `v` and `f` lines; all else is passed over.
+!> OBJ files (Wavefront) from their bytes: `v` and `f` lines; others are skipped.
 module m_obj_file
    use m_kinds, only: wp
    use m_number_text, only: read_integer
@@ -11,11 +11,11 @@ module m_obj_file
    private
    public :: is_obj, read_obj
 
-   integer, parameter :: max_words = 64 !< of a face
+   integer, parameter :: max_words = 64 !< per face
 
 contains
 
-   !> An OBJ file has a line that begins with `v`, and before it only comments and words that it may have.
+   !> An OBJ file has a line that begins with `v`, and before it only comments and other keywords of OBJ.
    logical function is_obj(bytes)
       character(len=*), intent(in) :: bytes
       type(lines_t) :: lines
@@ -80,7 +80,7 @@ contains
                                            to_text(max_words)//' corners'
          return
       end do
-      if (corners < 3) return ! a line or a point has no surface
+      if (corners < 3) return ! a line or a point has no area
       call cut_ears(found%place(:, number(:corners)), triangle(:, :corners - 2), good)
       if (.not. good) then
          fault = 'line '//to_text(lines%line)//': the face intersects itself'

@@ -1,5 +1,5 @@
-!> The ways in which orientations of crystals are written, as Bunge's Euler angles. All but those called
-!> inverse say how the sample's axes turn to become the crystal's (theory.md, Crystals).
+!> Conversion of crystal orientations from several conventions to Bunge's Euler angles. All but those named
+!> inverse describe the rotation of the sample's axes to the crystal's (theory.md, Crystals).
 module m_orientations
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use m_kinds, only: wp
@@ -20,18 +20,18 @@ module m_orientations
                          matrix = 13, matrix_inverse = 14
    integer, parameter :: numbers(14) = [3, 3, 3, 3, 3, 3, 3, 3, 4, 4, 4, 4, 9, 9]
    real(wp), parameter :: of_length_1 = 1.0e-2_wp, square = 1.0e-2_wp
-   real(wp), parameter :: max_radians = 7.0_wp !< 2 pi and what rounding makes of it
+   real(wp), parameter :: max_radians = 7.0_wp !< 2 pi with round-off
 
 contains
 
-   !> How many numbers an orientation has in a form; 0: unknown.
+   !> Numbers of an orientation in a form; 0: unknown form.
    pure integer function numbers_of(form)
       integer, intent(in) :: form
       numbers_of = 0
       if (form > 0) numbers_of = numbers(form)
    end function numbers_of
 
-   !> The form that a descriptor of Neper names, without what stands behind its colon; 0: unknown.
+   !> The form of a Neper descriptor, ignoring the part after its colon; 0: unknown.
    pure integer function neper_form(descriptor) result(form)
       character(len=*), intent(in) :: descriptor
       select case (descriptor)
@@ -46,7 +46,8 @@ contains
       end select
    end function neper_form
 
-   !> phi1 Phi phi2 in degrees of each orientation. `fault` says what is wrong with one; empty: nothing.
+   !> phi1 Phi phi2 in degrees of each orientation. `fault` is a message on the first wrong one; empty: no
+   !> error.
    subroutine turn_into_bunge(form, given, angles, fault)
       integer, intent(in) :: form                !< of angle_words
       real(wp), intent(in) :: given(:)           !< numbers_of(form) of each
@@ -95,7 +96,7 @@ contains
       end select
    end function need
 
-   !> The rotation that takes the sample's axes to the crystal's.
+   !> The rotation from the sample's axes to the crystal's.
    pure subroutine find_quaternion(form, x, q, good)
       integer, intent(in) :: form
       real(wp), intent(in) :: x(:)

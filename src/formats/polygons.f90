@@ -1,4 +1,4 @@
-!> Polygons of a file as triangles.
+!> Triangulation of polygons.
 module m_polygons
    use m_kinds, only: wp
    use m_vectors, only: cross
@@ -8,9 +8,10 @@ module m_polygons
 
 contains
 
-   !> Cut a polygon, plane or nearly, convex or not, into one triangle less than it has corners less one: ears
-   !> first (Meisters 1975), the earliest corner that has no other corner in its triangle. A convex one is cut
-   !> from its first corner. `good` is false where there is no such corner: the polygon crosses itself.
+   !> Cut a polygon, plane or nearly so, convex or not, into two triangles less than it has corners, by ear
+   !> clipping (Meisters 1975): first the earliest corner that has no other corner in its triangle. A convex
+   !> one is cut from its first corner. `good` is false if there is no such corner: the polygon crosses
+   !> itself.
    pure subroutine cut_ears(corner, triangle, good)
       real(wp), intent(in) :: corner(:, :)       !< (3, corners)
       integer, intent(out) :: triangle(:, :)     !< (3, corners - 2): numbers of corners
@@ -45,10 +46,10 @@ contains
       end do
    end subroutine cut_ears
 
-   !> True of three corners that turn left, or lie on a line, and have no other corner inside.
+   !> True when three corners turn left, or are collinear, and contain no other corner.
    pure logical function is_ear(flat, left, ear)
       real(wp), intent(in), contiguous :: flat(:, :) !< (2, corners)
-      integer, intent(in) :: left(:)     !< corners that there still are
+      integer, intent(in) :: left(:)     !< remaining corners
       integer, intent(in) :: ear(3)
       integer :: k
       is_ear = turn(flat(:, ear(1)), flat(:, ear(2)), flat(:, ear(3))) >= 0.0_wp
@@ -63,7 +64,7 @@ contains
       end do
    end function is_ear
 
-   !> Twice the area of a triangle, above 0 where it turns left.
+   !> Twice the area of a triangle, above 0 if its corners turn left.
    pure real(wp) function turn(a, b, c)
       real(wp), intent(in) :: a(2), b(2), c(2)
       turn = (b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1))

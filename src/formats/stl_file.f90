@@ -13,11 +13,11 @@ module m_stl_file
    public :: is_binary_stl, is_text_stl, may_be_stl, read_binary_stl, read_text_stl, read_corner
 
    integer, parameter :: header = 80, first_triangle = 85, triangle_bytes = 50 !< of a binary STL file
-   integer, parameter :: looked_at = 1000 !< bytes that tell what it is
+   integer, parameter :: looked_at = 1000 !< bytes used to detect the kind
 
 contains
 
-   !> It begins with `solid`, and has text only up to its first facet or its end.
+   !> True when it begins with `solid`, and is text up to its first facet or its end.
    pure logical function is_text_stl(bytes)
       character(len=*), intent(in) :: bytes
       character(len=min(len(bytes), looked_at)) :: head
@@ -29,7 +29,7 @@ contains
       is_text_stl = index(head, 'solid') == 1 .and. first > 0 .and. .not. has_controls(head(:max(first, 0)))
    end function is_text_stl
 
-   !> What a binary STL file says of its length is true.
+   !> True when the length of a binary STL file matches its number of triangles.
    pure logical function is_binary_stl(bytes)
       character(len=*), intent(in) :: bytes
       is_binary_stl = .false.
@@ -37,8 +37,8 @@ contains
       is_binary_stl = int(triangles_said(bytes), i8)*triangle_bytes + first_triangle - 1 == len(bytes)
    end function is_binary_stl
 
-   !> A file that is no text, as long as the header of a binary STL file at least: what it says need not be
-   !> true.
+   !> True for a file that is not text, at least as long as the header of a binary STL file; its number of
+   !> triangles may be wrong.
    pure logical function may_be_stl(bytes)
       character(len=*), intent(in) :: bytes
       may_be_stl = len(bytes) >= first_triangle - 1 .and. has_controls(bytes(:min(len(bytes), looked_at)))
@@ -56,8 +56,8 @@ contains
       triangles_said = int(transfer(bytes(header + 1:header + 4), 0_int32))
    end function triangles_said
 
-   !> Bytes behind the triangles are passed over, where there are fewer of them than the triangles have: some
-   !> programs put something there.
+   !> Bytes after the triangles are ignored if they are fewer than those of the triangles: some programs
+   !> append data.
    pure subroutine read_binary_stl(bytes, found, fault)
       character(len=*), intent(in) :: bytes
       type(triangle_list_t), intent(inout) :: found
@@ -76,7 +76,7 @@ contains
       end if
       if (fault /= '') return
       do t = 1, n
-         first = first_triangle + triangle_bytes*(t - 1) + 12 ! after the normal, which corners give
+         first = first_triangle + triangle_bytes*(t - 1) + 12 ! skip the normal, which the corners determine
          values = transfer(bytes(first:first + 35), values)
          if (.not. all(ieee_is_finite(values))) then
             fault = 'has a corner of triangle '//to_text(t)//' that is not a finite number'
@@ -129,8 +129,7 @@ contains
       if (in_facet /= 0 .or. .not. ended) fault = 'ends within its triangles: the last line must be endsolid'
    end subroutine read_text_stl
 
-   !> The three numbers that follow in a line, of an STL or OBJ file. A comma parts numbers, and so 1,5 would
-   !> be two.
+   !> The next three numbers of a line, of an STL or OBJ file. A comma separates numbers, so 1,5 would be two.
    subroutine read_corner(bytes, lines, corner, fault)
       character(len=*), intent(in) :: bytes
       type(lines_t), intent(inout) :: lines

@@ -1,5 +1,5 @@
-!> Which kind of surface the bytes of a file hold, and its triangles or heights. A further format is a file of
-!> its own, and a line here.
+!> The kind of surface in the bytes of a file, and its triangles or heights. A further format is a file of its
+!> own, and a line here.
 module m_surface_file
    use m_kinds, only: wp
    use m_column_names, only: columns_t, read_columns
@@ -19,8 +19,8 @@ module m_surface_file
 
 contains
 
-   !> Triangles, with their corners as they stand, so with doubles; or a map of heights (`is_map`). `fault`
-   !> says what is wrong; empty: nothing.
+   !> Triangles, with duplicate corners as in the file; or a map of heights (`is_map`). `fault` is a message;
+   !> empty: no error.
    subroutine read_surface(bytes, is_map, place, of, map, fault)
       character(len=:), allocatable, intent(inout) :: bytes
       logical, intent(out) :: is_map
@@ -82,8 +82,8 @@ contains
       end if
    end subroutine read_map
 
-   !> True of a text whose first line that is no comment begins with a number, also one with a decimal comma,
-   !> or names columns of numbers.
+   !> True for a text whose first line that is no comment begins with a number, also one with a decimal comma,
+   !> or has column names.
    logical function is_heights(bytes)
       character(len=*), intent(in) :: bytes
       type(lines_t) :: lines

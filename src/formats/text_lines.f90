@@ -1,5 +1,5 @@
-!> Goes through the bytes of a text that users bring, line by line and word by word. Words are parted by
-!> blanks, tabs, commas and semicolons; what editors and instruments leave at the end (NUL, Ctrl-Z) is blank.
+!> Reading of users' texts, line by line and word by word. Words are separated by blanks, tabs, commas and
+!> semicolons; trailing characters of editors and instruments (NUL, Ctrl-Z) count as blanks.
 module m_text_lines
    use m_kinds, only: wp
    use m_number_text, only: read_real, number_good, number_infinite, find_decimal_comma
@@ -14,10 +14,10 @@ module m_text_lines
    integer, parameter :: first_room = 4096 !< numbers
 
    type, public :: lines_t
-      integer :: at = 1     !< where the next line begins
+      integer :: at = 1     !< beginning of the next line
       integer :: first = 1, last = 0 !< of the present line, without its end
       integer :: line = 0   !< its number
-      logical :: joins = .false. !< a line that ends with \ goes on in the next one
+      logical :: joins = .false. !< a line that ends with \ continues in the next one
    contains
       procedure :: next_line
       procedure :: next_word
@@ -33,13 +33,13 @@ module m_text_lines
 
 contains
 
-   !> Whether what begins with this letter is a comment, up to the end of its line.
+   !> True for a letter that begins a comment, up to the end of its line.
    pure logical function is_comment(letter)
       character(len=1), intent(in) :: letter
       is_comment = index(comments, letter) > 0
    end function is_comment
 
-   !> Step to the next line; false where there is none.
+   !> Advance to the next line; false if there is none.
    logical function next_line(self, bytes)
       class(lines_t), intent(inout) :: self
       character(len=*), intent(in) :: bytes
@@ -61,11 +61,11 @@ contains
       end do
    end function next_line
 
-   !> Step to the next word of the line.
+   !> Advance to the next word of the line.
    logical function next_word(self, bytes, at, to)
       class(lines_t), intent(inout) :: self
       character(len=*), intent(in) :: bytes
-      integer, intent(out) :: at, to !< where it begins and ends
+      integer, intent(out) :: at, to !< its first and last byte
       at = self%first
       do while (at <= self%last)
          if (.not. is_blank(bytes(at:at), self%joins)) exit
@@ -87,8 +87,8 @@ contains
       if (joins .and. .not. is_blank) is_blank = letter == '\' .or. letter == achar(10)
    end function is_blank
 
-   !> The text with points for commas, where its first line of numbers has decimal commas: blanks, tabs or
-   !> semicolons part the numbers, and 1,5 is one. `fault`: it has both, or they cannot be told apart.
+   !> Replace decimal commas by points, if the first line of numbers has them: then blanks, tabs or semicolons
+   !> separate the numbers. `fault`: the text has both, or it is ambiguous.
    subroutine with_decimal_points(bytes, fault)
       character(len=:), allocatable, intent(inout) :: bytes
       character(len=:), allocatable, intent(inout) :: fault
@@ -100,7 +100,7 @@ contains
          content = scan(bytes(lines%first:lines%last)//'#', comments) - 1
          associate (first => lines%first, last => lines%first + content - 1)
             if (index(bytes(first:last), ',') == 0) cycle
-            if (scan(bytes(first:last), '0123456789') == 0) cycle ! names of columns
+            if (scan(bytes(first:last), '0123456789') == 0) cycle ! column names
             call find_decimal_comma(bytes(first:last), at, to)
             if (at == 0 .and. .not. turned) return
             if (at == 0 .or. index(bytes(first:last), '.') > 0) then
@@ -119,7 +119,7 @@ contains
    !> All numbers of a text, row by row; #, ! or % begins a comment.
    subroutine read_rows(bytes, from, rows, fault)
       character(len=*), intent(in) :: bytes
-      type(lines_t), intent(in) :: from !< the lines before have been read
+      type(lines_t), intent(in) :: from !< earlier lines have been read
       type(rows_t), intent(out) :: rows
       character(len=:), allocatable, intent(inout) :: fault
       type(lines_t) :: lines

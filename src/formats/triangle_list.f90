@@ -1,15 +1,15 @@
-!> Corners and triangles while their number is not known.
+!> A growing list of corners and triangles.
 module m_triangle_list
    use m_kinds, only: wp
    implicit none
    private
 
-   integer, parameter, public :: max_triangles = 20000000 !< of a file
+   integer, parameter, public :: max_triangles = 20000000 !< per file
 
    type, public :: triangle_list_t
       integer :: corners = 0, triangles = 0
-      real(wp), allocatable :: place(:, :) !< (3, corners and room), in the unit of the file
-      integer, allocatable :: of(:, :)     !< (3, triangles and room)
+      real(wp), allocatable :: place(:, :) !< (3, corners with spare room), in the unit of the file
+      integer, allocatable :: of(:, :)     !< (3, triangles with spare room)
    contains
       procedure :: begin
       procedure :: add_corner
