@@ -1,4 +1,4 @@
-!> Coulomb's friction: the tangential force is at most a share of the normal force.
+!> Coulomb friction: the tangential force is at most the coefficient times the normal force.
 module m_coulomb
    use m_kinds, only: wp
    use m_text, only: to_text

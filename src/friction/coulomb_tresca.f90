@@ -1,6 +1,6 @@
-!> Friction of metal forming (Orowan): Coulomb's, but the shear stress on the surface is limited, for the
-!> material shears off below the surface before it bears more. With a large coefficient the limit alone holds
-!> (Tresca's friction, tau_max = m k with the shear factor m and the shear flow stress k).
+!> Friction of metal forming (Orowan): Coulomb's, with a limit of the shear stress on the surface, at which
+!> the material below it shears off. With a large coefficient only the limit acts (Tresca friction, tau_max =
+!> m k with the shear factor m and the shear flow stress k).
 module m_coulomb_tresca
    use m_kinds, only: wp
    use m_text, only: to_text

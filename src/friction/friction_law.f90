@@ -1,5 +1,5 @@
-!> What a law of friction must offer: the largest tangential force that a contact point bears. Below it the
-!> point sticks; at it the point slides, against its slip (theory.md, eq. friction). One law is one file that
+!> Interface of a friction law: the largest tangential force of a contact point. Below it the point sticks; at
+!> it the point slides, with the force against its slip (theory.md, eq. friction). A law is one file that
 !> extends friction_law_t, and one line in friction_laws.f90.
 module m_friction_law
    use m_kinds, only: wp
@@ -15,7 +15,7 @@ module m_friction_law
       procedure(text_interface), deferred :: text
    end type friction_law_t
 
-   !> The law of a tool's surface, or of a pair of contact groups; none: no friction.
+   !> The law of a tool's surface, or of a pair of contact groups; not allocated: no friction.
    type, public :: surface_friction_t
       class(friction_law_t), allocatable :: law
    contains
@@ -24,19 +24,19 @@ module m_friction_law
    end type surface_friction_t
 
    abstract interface
-      !> Largest tangential force, N. Not below 0, and 0 where nothing presses.
+      !> Largest tangential force, N. Not below 0, and 0 without normal force.
       pure real(wp) function limit_interface(self, pressing, area) result(limit)
          import :: friction_law_t, wp
          class(friction_law_t), intent(in) :: self
          real(wp), intent(in) :: pressing !< normal force, N
          real(wp), intent(in) :: area     !< m2
       end function limit_interface
-      !> False where the law's values say that there is no friction.
+      !> False if the law's values mean no friction.
       pure logical function acts_interface(self) result(acts)
          import :: friction_law_t
          class(friction_law_t), intent(in) :: self
       end function acts_interface
-      !> In words, with its values: `friction 0.3`.
+      !> Description with its values: `friction 0.3`.
       pure function text_interface(self) result(text)
          import :: friction_law_t
          class(friction_law_t), intent(in) :: self
@@ -52,7 +52,7 @@ contains
       if (allocated(surface%law)) has_friction = surface%law%acts()
    end function has_friction
 
-   !> As that of the law.
+   !> The limit of the surface's law.
    pure real(wp) function limit_of_surface(self, pressing, area) result(limit)
       class(surface_friction_t), intent(in) :: self
       real(wp), intent(in) :: pressing, area !< N, m2

@@ -9,8 +9,7 @@ module m_friction_laws
 
 contains
 
-   !> The laws that &tool and &body_contact may name, the default first. One line a law: it brings its own
-   !> `use`.
+   !> The laws for &tool and &body_contact, the default first. One line a law, with its own `use`.
    subroutine known_friction_laws(laws)
       type(offer_slot_t), allocatable, intent(out) :: laws(:)
       block; use m_coulomb, only: coulomb_t; call offer(laws, 'coulomb', coulomb_t()); end block
@@ -18,7 +17,7 @@ contains
          coulomb_tresca_t()); end block
    end subroutine known_friction_laws
 
-   !> `friction_law` of a group, and the variables of the law that it names: to read and to write.
+   !> Read or write `friction_law` of a group, and the variables of the law that it names.
    subroutine describe_friction(group, surface)
       type(group_reader_t), intent(inout) :: group
       type(surface_friction_t), intent(inout) :: surface
