@@ -1,5 +1,5 @@
-!> Against volumetric locking: all particles of a cell change their volume at one rate (theory.md, eq.
-!> anti-locking).
+!> Remedy against volumetric locking: all particles of a cell change their volume at the same rate (theory.md,
+!> eq. anti-locking).
 module m_anti_locking
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t
@@ -41,8 +41,8 @@ contains
       declined = self%kind == kind_none
    end function declined
 
-   !> The velocity gradients of all blocks wait for the sums over cells: in a field of their own, where affine
-   !> transfer has none or what it keeps is ahead of the motion (levels, eq. lag).
+   !> The velocity gradients of all blocks are stored until the sums over cells are known: in a field of their
+   !> own, where affine transfer has none or its gradient is ahead of the motion (levels, eq. lag).
    subroutine declare(self, table)
       class(anti_locking_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
@@ -56,8 +56,8 @@ contains
       hooks = hooks_t(on_cells=.true.)
    end function hooks
 
-   !> tr L becomes its mean over the cell, weighted by volume: one condition on the volume a cell, where there
-   !> was one a particle.
+   !> Replace tr L by its mean over the cell, weighted by volume: one condition on the volume per cell instead
+   !> of one per particle.
    pure subroutine on_cells(self, cells, particles, layout, frame, sums, gradient)
       class(anti_locking_t), intent(in) :: self
       type(cell_list_t), intent(in) :: cells

@@ -1,4 +1,5 @@
-!> A box in which a body is atoms (theory.md, Atoms): what its group says. The step itself asks m_coupling.
+!> A box in which a body is modelled by atoms (theory.md, Atoms): the variables of its group. The step itself
+!> is in m_coupling.
 module m_atoms
    use m_kinds, only: wp
    use m_bravais, only: bravais_t, lattices
@@ -17,22 +18,24 @@ module m_atoms
    character(len=5), parameter :: meetings(2) = ['stop ', 'go_on']
 
    type, extends(effect_t) :: atoms_t
-      character(len=:), allocatable :: label   !< name of the group, for files
+      character(len=:), allocatable :: label   !< name of the group, for names of files
       character(len=:), allocatable :: library !< LAMMPS
       type(bravais_t) :: crystal
       real(wp) :: lower(3) = 0.0_wp, upper(3) = 0.0_wp !< m
-      real(wp) :: constant = 0.0_wp    !< near which the lattice is at rest, m; 0: as the potential says
-      real(wp) :: mass = 0.0_wp        !< of an atom, kg; 0: as the potential says
+      real(wp) :: constant = 0.0_wp    !< start value for the lattice constant at rest, m; 0: that of the
+                                       !< potential
+      real(wp) :: mass = 0.0_wp        !< of an atom, kg; 0: that of the potential
       real(wp) :: step = 2.0e-15_wp    !< longest of the atoms, s
       real(wp) :: drag = 0.0_wp        !< rate at which the atoms' velocities decay, 1/s
-      real(wp) :: temperature = 0.0_wp !< K; above 0: a thermostat keeps it
-      real(wp) :: thermostat_rate = 1.0e12_wp  !< at which velocities in its layer decay, 1/s
+      real(wp) :: temperature = 0.0_wp !< K; above 0: maintained by a thermostat
+      real(wp) :: thermostat_rate = 1.0e12_wp  !< rate of decay of velocities in its layer, 1/s
       real(wp) :: thermostat_width = -1.0_wp   !< of its layer, m; below 0: two constants
       integer :: seed = 1              !< of random numbers
-      integer :: relaxation = 1        !< among `relaxations`
-      integer :: meeting = 1           !< among `meetings`: what a defect at the interface comes to
+      integer :: relaxation = 1        !< index in `relaxations`
+      integer :: meeting = 1           !< index in `meetings`: the action when a defect reaches the interface
       real(wp) :: tool_stiffness = 0.0_wp !< of the repulsion by tools, N/m2; 0: the usual one
-      real(wp) :: tool_distance = -1.0_wp !< from a tool at which that begins, m; below 0: the usual one
+      real(wp) :: tool_distance = -1.0_wp !< distance from a tool at which that begins, m; below 0: the usual
+                                          !< one
       real(wp) :: void(3) = 0.0_wp     !< centre of a ball without atoms, m
       real(wp) :: void_radius = 0.0_wp !< m
    contains
@@ -102,13 +105,13 @@ contains
       if (self%tool_distance < 0.0_wp) self%tool_distance = self%crystal%surface_depth()
    end subroutine variables
 
-   !> True where the atoms' motion is taken out so that they follow loads at rest.
+   !> True when the atoms' motion is damped so that they follow loads quasi-statically.
    pure logical function quenches(self)
       class(atoms_t), intent(in) :: self
       quenches = self%relaxation == 2
    end function quenches
 
-   !> True where the run goes on when a defect has come to the interface.
+   !> True when the run continues after a defect has reached the interface.
    pure logical function goes_on(self)
       class(atoms_t), intent(in) :: self
       goes_on = self%meeting == 2
@@ -119,13 +122,14 @@ contains
       hooks = hooks_t()
    end function hooks
 
-   !> How far pads reach from the box, m: a bond's length, and where the density of pads counts another one.
+   !> Width of the pads around the box, m: a bond's length, and another one where the electron density needs
+   !> it.
    pure real(wp) function pad_width(self)
       class(atoms_t), intent(in) :: self
       pad_width = merge(2.2_wp, 1.15_wp, self%crystal%potential%embeds)*self%crystal%potential%cutoff
    end function pad_width
 
-   !> The box is no continuum.
+   !> The box is not part of the continuum.
    pure subroutine hollow(self, lower, upper, there_is)
       class(atoms_t), intent(in) :: self
       real(wp), intent(out) :: lower(3), upper(3) !< m

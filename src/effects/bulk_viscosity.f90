@@ -1,4 +1,4 @@
-!> Artificial bulk viscosity: a pressure against fast compression, which spreads shocks over a few cells
+!> Artificial bulk viscosity: a pressure opposed to fast compression, which spreads shocks over a few cells
 !> (theory.md, eq. bulk-viscosity).
 module m_bulk_viscosity
    use m_kinds, only: wp
@@ -63,8 +63,8 @@ contains
       end do
    end subroutine prepare
 
-   !> The viscosity makes the fastest wave of the grid faster: xi + sqrt(1 + xi^2), xi its damping ratio at a
-   !> compression as fast as the fastest particle over one cell.
+   !> Factor on the fastest wave speed of the grid due to the viscosity: xi + sqrt(1 + xi^2), xi its damping
+   !> ratio at a compression as fast as the fastest particle over one cell.
    pure real(wp) function wave_factor(self, mach)
       class(bulk_viscosity_t), intent(in) :: self
       real(wp), intent(in) :: mach
@@ -73,8 +73,8 @@ contains
       wave_factor = ratio + sqrt(1.0_wp + ratio**2)
    end function wave_factor
 
-   !> q = rho h (quadratic^2 h d^2 + linear c d) where the volume shrinks at the rate d, 0 where it does not.
-   !> What it takes from the motion in the step is booked with the q that acts, that of the step's beginning.
+   !> q = rho h (quadratic^2 h d^2 + linear c d) where the volume shrinks at the rate d, else 0. The energy
+   !> dissipated in the step is computed with the q in effect, that of the step's beginning.
    pure subroutine on_stress(self, particles, layout, gradient, cell, time_step)
       class(bulk_viscosity_t), intent(in) :: self
       type(particle_store_t), intent(inout) :: particles
@@ -113,7 +113,7 @@ contains
       end do
    end subroutine advance
 
-   !> Energy taken out of particles first..last so far, J.
+   !> Energy dissipated by particles first..last so far, J.
    pure real(wp) function dissipated(self, column, first, last)
       class(bulk_viscosity_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)

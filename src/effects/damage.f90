@@ -1,4 +1,4 @@
-!> Damage that ends in failure: Johnson and Cook's (1985), and a largest tension. What has failed bears
+!> Damage and failure: Johnson and Cook's criterion (1985), and a maximum tension. Failed material bears
 !> neither tension nor shear (theory.md, eqs damage, failed).
 module m_damage
    use m_kinds, only: wp, i8
@@ -21,22 +21,23 @@ module m_damage
    private
    public :: damage_t
 
-   real(wp), parameter :: max_triaxiality = 1.0e3_wp !< mean over von Mises stress: as good as no shear
+   real(wp), parameter :: max_triaxiality = 1.0e3_wp !< mean over von Mises stress: limit above which shear is
+                                                     !< negligible
 
-   !> What the effect knows of a body's material.
+   !> Data of a body's material.
    type :: stuff_t
       type(failure_t) :: failure
-      type(elastic_t) :: elastic     !< its moduli, of which the energy of a stress is made
+      type(elastic_t) :: elastic     !< its moduli, for the energy of a stress
    end type stuff_t
 
    type, extends(effect_t) :: damage_t
       real(wp) :: constants(5) = 0.0_wp         !< D1 to D5
       real(wp) :: reference_rate = 1.0_wp       !< 1/s
       real(wp) :: tension_limit = 0.0_wp        !< of the mean stress, Pa; 0: none
-      logical :: erode = .false.                !< what has failed is taken out
+      logical :: erode = .false.                !< failed particles are removed
       type(stuff_t), allocatable :: stuff(:)    !< of each body
       integer :: damage = 0, strain = 0, tension = 0, lost = 0, worked = 0 !< columns
-      integer :: plastic = 0, work = 0, temperature = 0 !< columns of the laws; 0 where there are none
+      integer :: plastic = 0, work = 0, temperature = 0 !< columns of the laws; 0 if absent
    contains
       procedure :: take_section
       procedure :: variables
@@ -76,8 +77,8 @@ contains
       has_strain_to_failure = any(abs(self%constants(:3)) > 0.0_wp)
    end function has_strain_to_failure
 
-   !> The damage, 1 where a particle has failed; the plastic strain up to which it has been counted; the
-   !> tension that is owed, Pa; the energy of the stress that was lost, and the plastic work until then, J.
+   !> The damage, 1 for a failed particle; the plastic strain up to which it has been counted; the tension
+   !> still to be recovered, Pa; the energy of the stress that was lost, and the plastic work at failure, J.
    subroutine declare(self, table)
       class(damage_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
@@ -96,7 +97,7 @@ contains
       self%lost = table%column('failure_energy')
    end subroutine declare
 
-   !> What the laws say of failure.
+   !> Collect the laws' data on failure.
    subroutine prepare(self, grid, materials)
       class(damage_t), intent(inout) :: self
       type(grid_level_t), intent(in) :: grid
@@ -112,7 +113,7 @@ contains
       end do
    end subroutine prepare
 
-   !> Some body's law must be one of these.
+   !> At least one body's law must support failure.
    subroutine verify(self, communicator, levels, tools, error)
       class(damage_t), intent(in) :: self
       type(communicator_t), intent(in) :: communicator
@@ -128,7 +129,7 @@ contains
                    ' constants: no body has a law of plastic flow; allowed: with one that has')
    end subroutine verify
 
-   !> Damage grows by the stress that the law has just made; what has failed loses its part of it.
+   !> Damage grows by the stress just computed by the law; failed particles lose tension and shear.
    pure subroutine on_stress(self, particles, layout, gradient, cell, time_step)
       class(damage_t), intent(in) :: self
       type(particle_store_t), intent(inout) :: particles
@@ -141,7 +142,7 @@ contains
          associate (stuff => self%stuff(particles%body(p)), column => particles%column)
             if (column(p, self%damage) >= 1.0_wp) then
                call self%relieve(stuff, column, p, layout)
-               ! flow of a deviator that did no work
+               ! plastic flow of a deviator that was removed: no work
                if (self%plastic > 0) column(p, self%plastic) = column(p, self%strain)
                if (self%work > 0) column(p, self%work) = column(p, self%worked)
             else
@@ -153,7 +154,7 @@ contains
    end subroutine on_stress
 
    !> D <- D + d/e_f with the increment d of plastic strain; 1 at once where the mean stress reaches the
-   !> largest tension. The mean stress is that which acts: with &anti_locking the cell's.
+   !> maximum tension. With &anti_locking the mean stress is that of the cell.
    pure subroutine grow(self, stuff, column, p, layout, time_step)
       class(damage_t), intent(in) :: self
       type(stuff_t), intent(in) :: stuff
@@ -185,15 +186,14 @@ contains
                              /(stuff%failure%melting - stuff%failure%room), 0.0_wp), 1.0_wp)
          ductility = ductility*(1.0_wp + d(5)*warmth)
       end associate
-      if (ductility <= grown) then ! also where the formula leaves none
+      if (ductility <= grown) then ! also where the failure strain is not positive
          column(p, self%damage) = 1.0_wp
       else
          column(p, self%damage) = min(1.0_wp, column(p, self%damage) + grown/ductility)
       end if
    end subroutine grow
 
-   !> A particle fails: the energy of the stress that it loses is booked, its plastic strain and work are
-   !> kept.
+   !> A particle fails: the energy of the lost stress is recorded, plastic strain and work are kept.
    pure subroutine give_up(self, stuff, column, p, layout)
       class(damage_t), intent(in) :: self
       type(stuff_t), intent(in) :: stuff
@@ -208,9 +208,8 @@ contains
       if (self%work > 0) column(p, self%worked) = column(p, self%work)
    end subroutine give_up
 
-   !> Of the stress the pressure stays, where it is one. Where the pressure is summed up from rates, tension
-   !> that was lost is owed: it is paid back before pressure comes again, so that what has opened must close
-   !> first.
+   !> Remove the deviator and any tension. Where a law integrates the pressure from rates, removed tension is
+   !> remembered: it must be recovered before pressure returns, so that opened cracks must close first.
    pure subroutine relieve(self, stuff, column, p, layout)
       class(damage_t), intent(in) :: self
       type(stuff_t), intent(in) :: stuff
@@ -230,12 +229,12 @@ contains
       end if
       column(p, s:s + 2) = mean
       column(p, s + 3:s + 5) = 0.0_wp
-      ! the mean of the cell may not pull at it either
+      ! the cell's mean must not be tensile either
       if (layout%pressure_shift > 0) &
          column(p, layout%pressure_shift) = max(column(p, layout%pressure_shift), mean)
    end subroutine relieve
 
-   !> Of the stress, as the law says it, J.
+   !> Energy of the present stress by the law's moduli, J.
    pure real(wp) function energy_of(stuff, column, p, layout) result(energy)
       type(stuff_t), intent(in) :: stuff
       real(wp), intent(in), contiguous :: column(:, :)
@@ -246,7 +245,7 @@ contains
       s = layout%stress
       if (.not. stuff%failure%by_volume) then
          energy = stuff%elastic%strain_energy(column, layout, p, p)
-      else if (stuff%elastic%shear > 0.0_wp) then ! that of the deviator; that of the volume stays
+      else if (stuff%elastic%shear > 0.0_wp) then ! only that of the deviator is lost
          mean = (column(p, s) + column(p, s + 1) + column(p, s + 2))/3.0_wp
          energy = column(p, layout%volume)/(4.0_wp*stuff%elastic%shear) &
                   *((column(p, s) - mean)**2 + (column(p, s + 1) - mean)**2 + (column(p, s + 2) - mean)**2 &
@@ -256,7 +255,7 @@ contains
       end if
    end function energy_of
 
-   !> Energy of the stresses that were lost so far, J.
+   !> Energy of the stresses lost so far, J.
    pure real(wp) function dissipated(self, column, first, last)
       class(damage_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -264,7 +263,7 @@ contains
       dissipated = sum(column(first:last, self%lost))
    end function dissipated
 
-   !> Collective: how many particles have failed, and their mass.
+   !> Collective: number and mass of failed particles.
    function summary(self, communicator, levels) result(text)
       class(damage_t), intent(in) :: self
       type(communicator_t), intent(in) :: communicator
@@ -285,7 +284,7 @@ contains
          end do
       end do
       text = ''
-      if (self%erode) return ! they are gone
+      if (self%erode) return ! they have been removed
       text = 'damage: '//to_text(communicator%sum_count(failed))//' particles have failed, '// &
              si(1000.0_wp*communicator%sum_real(mass), 'g')
    end function summary

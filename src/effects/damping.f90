@@ -1,5 +1,5 @@
-!> Damping of the motion of nodes, and of particles where nodes do not see it, to bring a body to rest
-!> (theory.md, eqs damping, unseen).
+!> Damping of the motion of nodes, and of particle velocities in the null space of the nodes, to bring a body
+!> to rest (theory.md, eqs damping, unseen).
 module m_damping
    use m_kinds, only: wp
    use m_constants, only: exit_input
@@ -17,8 +17,8 @@ module m_damping
    public :: damping_t
 
    integer, parameter :: kind_local = 1, kind_viscous = 2
-   real(wp), parameter :: at_most = 0.2_wp !< of the velocity is taken in a step: stable with waves at any
-                                           !< safety (theory.md, Time step)
+   real(wp), parameter :: at_most = 0.2_wp !< of the velocity per step: stable with waves at any safety
+                                           !< (theory.md, Time step)
    character(len=*), parameter :: kind_words(2) = [character(len=7) :: 'local', 'viscous']
 
    type, extends(effect_t) :: damping_t
@@ -61,9 +61,9 @@ contains
       hooks = hooks_t(on_nodes=.true., dissipates=.true.)
    end function hooks
 
-   !> Local damping must not meet tools: it would take the contact force for one that nothing balances, and
-   !> every load would come out higher by the share that it takes. After contact it would undo what contact
-   !> has done, and the tool would chatter.
+   !> Local damping must not be combined with tools: it would act on the contact force as on an unbalanced
+   !> force, and increase every load by the damped share. Applied after contact it would undo the contact
+   !> solution, and the tool would chatter.
    subroutine verify(self, communicator, levels, tools, error)
       class(damping_t), intent(in) :: self
       type(communicator_t), intent(in) :: communicator
@@ -76,14 +76,14 @@ contains
                       'viscous')
    end subroutine verify
 
-   !> A step that takes so much of the velocity is stable.
+   !> The step in which the limit of damped velocity is reached.
    pure real(wp) function longest_step(self)
       class(damping_t), intent(in) :: self
       longest_step = huge(1.0_wp)
       if (self%kind == kind_viscous .and. self%coefficient > 0.0_wp) longest_step = at_most/self%coefficient
    end function longest_step
 
-   !> Local damping takes a share of each mode in a period of it; what nodes do not see lives within a cell.
+   !> Local damping reduces each mode by a share per period; null-space modes have the length of a cell.
    pure real(wp) function null_space_damping(self, crossings)
       class(damping_t), intent(in) :: self
       real(wp), intent(in) :: crossings
@@ -112,7 +112,7 @@ contains
                before = tile(v_x:v_z, i, j, k) - time_step*tile(a_x:a_z, i, j, k)
                if (self%kind == kind_local) then
                   change = -self%coefficient*sign(abs(tile(a_x:a_z, i, j, k)), before)
-                  where (.not. abs(before) > 0.0_wp) change = 0.0_wp ! at rest there is no direction to oppose
+                  where (.not. abs(before) > 0.0_wp) change = 0.0_wp ! no direction to oppose at rest
                else
                   change = -self%coefficient*before
                end if

@@ -1,5 +1,5 @@
-!> What an optional effect must offer. One effect is one file that extends effect_t, and one line in
-!> effects.f90; a scene without it pays nothing.
+!> Interface of an optional effect. An effect is one file that extends effect_t, and one line in effects.f90;
+!> a scene without it has no cost.
 module m_effect
    use m_kinds, only: wp
    use m_block, only: block_t
@@ -19,7 +19,7 @@ module m_effect
    private
    public :: effect_t, effect_slot_t, hooks_t
 
-   !> Which of its procedures an effect wants called during a step.
+   !> The procedures of an effect to be called during a step.
    type :: hooks_t
       logical :: acceleration = .false.
       logical :: add_forces = .false.
@@ -27,11 +27,11 @@ module m_effect
       logical :: on_cells = .false.
       logical :: on_gradient = .false.
       logical :: on_stress = .false.
-      logical :: acts_at_rest = .false. !< changes material that does not move and is free of stress: nothing
-                                        !< may be left out
-      logical :: erodes = .false.     !< particles with damage 1 (layout_t) are taken out of the model
-      logical :: dissipates = .false. !< what it does to nodes counts as damped energy, not as external work
-      logical :: follows_particles = .false. !< particle_work and potential say all of its external work by
+      logical :: acts_at_rest = .false. !< changes material that is at rest and free of stress: no block may
+                                        !< be skipped
+      logical :: erodes = .false.     !< particles with damage 1 (layout_t) are removed from the model
+      logical :: dissipates = .false. !< its work on nodes counts as damped energy, not as external work
+      logical :: follows_particles = .false. !< particle_work and potential give all of its external work by
                                              !< the motion of particles
    end type hooks_t
 
@@ -65,23 +65,23 @@ module m_effect
    !> One effect of a scene; an array of effects of different type.
    type :: effect_slot_t
       class(effect_t), allocatable :: effect
-      integer :: columns = 0 !< of the field table that it was the first to ask for
+      integer :: columns = 0 !< number of columns of the field table that it was the first to declare
       integer :: row = 0     !< of the timers
    end type effect_slot_t
 
    abstract interface
-      !> Asked once, when the model is built.
+      !> Called once, when the model is built.
       pure type(hooks_t) function hooks_interface(self)
          import :: effect_t, hooks_t
          class(effect_t), intent(in) :: self
       end function hooks_interface
    end interface
 
-   ! The default of every other procedure is to do nothing.
+   ! By default all other procedures do nothing.
 
 contains
 
-   !> An effect that knows of sections says so.
+   !> Overridden by effects that support sections.
    subroutine take_section(self, section, why)
       class(effect_t), intent(inout) :: self
       type(section_t), intent(in) :: section
@@ -89,21 +89,21 @@ contains
       why = 'not with geometry='''//section%word()//''' yet; allowed in 3D'
    end subroutine take_section
 
-   !> Add the particle fields that the effect needs. Their columns do not change afterwards: the effect may
-   !> keep `table%column(name)`.
+   !> Declare the particle fields that the effect needs. Their columns do not change afterwards: the effect
+   !> may store `table%column(name)`.
    subroutine declare(self, table)
       class(effect_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
    end subroutine declare
 
-   !> What the effect wants to know of grid and materials; called once, before bodies are filled.
+   !> Read data of grid and materials; called once, before bodies are filled.
    subroutine prepare(self, grid, materials)
       class(effect_t), intent(inout) :: self
       type(grid_level_t), intent(in) :: grid
       type(materials_t), intent(in) :: materials
    end subroutine prepare
 
-   !> First values of its fields in a block that has just been filled; they are zero before.
+   !> Set initial values of its fields in a block that has just been filled; they are zero before.
    subroutine initialise(self, particles, table, layout, grid)
       class(effect_t), intent(in) :: self
       type(particle_store_t), intent(inout) :: particles
@@ -112,60 +112,60 @@ contains
       type(grid_level_t), intent(in) :: grid
    end subroutine initialise
 
-   !> What it takes from the shape of a body that has just been filled in a block.
+   !> Read data from the shape of a body that has just been filled in a block.
    subroutine cover(self, particles, first, shape, cells, layout, grid)
       class(effect_t), intent(in) :: self
       type(particle_store_t), intent(inout) :: particles
-      integer, intent(in) :: first !< of the body's particles, which are the last ones
+      integer, intent(in) :: first !< first of the body's particles, which are the last ones
       class(shape_t), intent(in) :: shape
-      real(wp), intent(in) :: cells(:, :) !< (4, the body's particles): middle and half edge of the places in
-                                          !< the lattice that they have been made for, m
+      real(wp), intent(in) :: cells(:, :) !< (4, the body's particles): middle and half edge of their lattice
+                                          !< sites, m
       type(layout_t), intent(in) :: layout
       type(grid_level_t), intent(in) :: grid
    end subroutine cover
 
-   !> Collective: refuse a model that the effect cannot act on as its group says, when all bodies are filled.
+   !> Collective, when all bodies are filled: an error if the effect cannot act on this model as its group
+   !> requires.
    subroutine verify(self, communicator, levels, tools, error)
       class(effect_t), intent(in) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: levels(:)
-      integer, intent(in) :: tools !< how many the scene has
+      integer, intent(in) :: tools !< number of tools in the scene
       type(error_t), intent(inout) :: error
    end subroutine verify
 
-   !> How much faster the fastest wave of the grid becomes through the effect, at least 1: the time step is
-   !> shorter by this.
+   !> Factor on the speed of the fastest wave of the grid due to the effect, at least 1: it shortens the time
+   !> step.
    pure real(wp) function wave_factor(self, mach)
       class(effect_t), intent(in) :: self
       real(wp), intent(in) :: mach !< speed of the fastest particle over that of the fastest wave
       wave_factor = 1.0_wp
    end function wave_factor
 
-   !> Time step (s) that the effect allows whatever the waves do.
+   !> Largest time step (s) for the effect, independent of waves.
    pure real(wp) function longest_step(self)
       class(effect_t), intent(in) :: self
       longest_step = huge(1.0_wp)
    end function longest_step
 
-   !> Times (s) at which the effect changes its course: quasi-static steps end there.
+   !> Times (s) at which the loading of the effect changes: quasi-static steps end there.
    pure function turning_times(self) result(times)
       class(effect_t), intent(in) :: self
       real(wp), allocatable :: times(:)
       allocate (times(0))
    end function turning_times
 
-   !> Rate (1/s) at which the effect brings that part of the particles' velocities to rest that nodes do not
-   !> see, 0 for none. Such an effect must declare the field unseen_heat, where the step puts the energy that
-   !> this takes.
+   !> Damping rate (1/s) of the null-space part of the particles' velocities, 0 for none. Such an effect must
+   !> declare the field unseen_heat, in which the step stores the dissipated energy.
    pure real(wp) function null_space_damping(self, crossings)
       class(effect_t), intent(in) :: self
-      real(wp), intent(in) :: crossings !< cells of the finest level that the fastest wave crosses in a
-                                        !< second, 1/s
+      real(wp), intent(in) :: crossings !< cells of the finest level crossed by the fastest wave per second,
+                                        !< 1/s
       null_space_damping = 0.0_wp
    end function null_space_damping
 
-   !> Energy (J) that the effect has taken out of particles first..last so far, other than through nodes (the
-   !> model measures that).
+   !> Energy (J) dissipated by the effect in particles first..last so far, except through nodes (the model
+   !> measures that).
    pure real(wp) function dissipated(self, column, first, last)
       class(effect_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -182,7 +182,7 @@ contains
       text = ''
    end function summary
 
-   !> Numbers of a block's particles that add_forces pushes.
+   !> Numbers of a block's particles on which add_forces acts.
    pure function pushed(self, particles) result(which)
       class(effect_t), intent(in) :: self
       type(particle_store_t), intent(in) :: particles
@@ -190,27 +190,27 @@ contains
       allocate (which(0))
    end function pushed
 
-   !> Work (J) that the forces of add_forces do on a block's particles in a step, by how the particles
-   !> themselves move: what the nodes make of it must be the same (theory.md, Work).
+   !> Work (J) of the forces of add_forces on a block's particles in a step, by the particles' own motion: it
+   !> must equal the work on the nodes (theory.md, Work).
    pure function particle_work(self, particles, which, layout, gradient, from, way_to, time, &
                                time_step) result(work)
       class(effect_t), intent(in) :: self
       type(particle_store_t), intent(in) :: particles
-      integer, intent(in) :: which(:) !< particles: those that are pushed
+      integer, intent(in) :: which(:) !< particles on which the forces act
       type(layout_t), intent(in) :: layout
       real(wp), intent(in), contiguous :: gradient(:, :) !< (:, 9), 1/s
-      real(wp), intent(in), contiguous :: from(:, :) !< (3, those pushed), centres at the beginning of the
+      real(wp), intent(in), contiguous :: from(:, :) !< (3, those particles), centres at the beginning of the
                                                      !< step, m
-      integer, intent(in) :: way_to                      !< first column of the centres at its end
+      integer, intent(in) :: way_to                      !< first column of the centres at the end of the step
       real(wp), intent(in) :: time                       !< s, of the beginning of the step
       real(wp), intent(in) :: time_step                  !< s
-      real(wp) :: work(2) !< with the mean of the forces at the step's beginning and end; of it, by half the
-                          !< force at its end
+      real(wp) :: work(2) !< with the mean of the forces at the step's beginning and end; part of it due to
+                          !< half the force at its end
       work = 0.0_wp
    end function particle_work
 
-   !> Energy (J) of particles first..last in the field of an effect that does not change with time, where they
-   !> were at the time of their velocities: what it loses is external work.
+   !> Potential energy (J) of particles first..last in a constant field of an effect, at their positions at
+   !> the time of their velocities: its decrease is external work.
    pure real(wp) function potential(self, column, layout, first, last, lead) result(energy)
       class(effect_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -220,7 +220,7 @@ contains
       energy = 0.0_wp
    end function potential
 
-   !> Acceleration (m/s2) that it gives to all material alike, at any time.
+   !> Uniform and constant acceleration (m/s2) of all material.
    pure function uniform_acceleration(self) result(field)
       class(effect_t), intent(in) :: self
       real(wp) :: field(3)
@@ -238,8 +238,9 @@ contains
       real(wp), intent(inout) :: body_force(:, :) !< (:, 3)
    end subroutine acceleration
 
-   !> Add forces (N, places 5 to 7 of a node) to the tile of what a block's own particles give, before the sum
-   !> over blocks; a force outside a symmetry plane is folded back afterwards. Their work counts as external.
+   !> Add forces (N, components 5 to 7 of a node) to the tile with the contributions of a block's own
+   !> particles, before the sum over blocks; a force outside a symmetry plane is mirrored afterwards. Their
+   !> work counts as external.
    pure subroutine add_forces(self, block, table, layout, grid, time, tile)
       class(effect_t), intent(in) :: self
       type(block_t), intent(in) :: block
@@ -251,9 +252,9 @@ contains
    end subroutine add_forces
 
    !> Change the velocity at the end of the step (2 to 4) and the acceleration (5 to 7) of the solved nodes of
-   !> a block, before what is held is held. All of the tile, from nothing but the node's own values: a node
-   !> stands in the tiles of several blocks, which must all get the same bits. Place 1 is the mass, which may
-   !> be zero. The model measures the work.
+   !> a block, before boundary conditions. Change the whole tile, from a node's own values only: a node is in
+   !> the tiles of several blocks, which must all get the same bits. Component 1 is the mass, which may be
+   !> zero. The model measures the work.
    pure subroutine on_nodes(self, time, time_step, tile)
       class(effect_t), intent(in) :: self
       real(wp), intent(in) :: time      !< s, of the beginning of the step
@@ -261,22 +262,22 @@ contains
       real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
    end subroutine on_nodes
 
-   !> As on_gradient, and before it, with what the particles of all blocks give to the cells of the grid;
-   !> costs an exchange a step. The effect must declare the field kept_gradient (9) where there is no
-   !> velocity_gradient, or an edge_stress: the step keeps the gradients there.
+   !> As on_gradient, and before it, with the sums over the particles of all blocks in the cells of the grid;
+   !> costs an exchange per step. The effect must declare the field kept_gradient (9) if there is no
+   !> velocity_gradient, or if there is an edge_stress: the step stores the gradients there.
    pure subroutine on_cells(self, cells, particles, layout, frame, sums, gradient)
       class(effect_t), intent(in) :: self
       type(cell_list_t), intent(in) :: cells
       type(particle_store_t), intent(inout) :: particles
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
-      real(wp), intent(in), contiguous :: sums(:, 0:, 0:, 0:) !< at the cell's lowest node: volume, m3; times
-                                                              !< tr L, m3/s; times p, J
+      real(wp), intent(in), contiguous :: sums(:, 0:, 0:, 0:) !< at the cell's lowest node: volume, m3; volume
+                                                              !< times tr L, m3/s; volume times p, J
       real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9), 1/s
    end subroutine on_cells
 
    !> Change the velocity gradients (1/s, d v_i/d x_j at 3 (j-1) + i) that strain the particles of a block.
-   !> Affine transfer keeps them as they were.
+   !> Affine transfer keeps the unchanged ones.
    pure subroutine on_gradient(self, cells, particles, layout, time_step, gradient)
       class(effect_t), intent(in) :: self
       type(cell_list_t), intent(in) :: cells
@@ -286,8 +287,8 @@ contains
       real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9)
    end subroutine on_gradient
 
-   !> Change stress or own fields of the particles of a block, whose stress and volume have just been advanced
-   !> by `gradient`.
+   !> Change stress or own fields of the particles of a block, whose stress and volume have just been updated
+   !> with `gradient`.
    pure subroutine on_stress(self, particles, layout, gradient, cell, time_step)
       class(effect_t), intent(in) :: self
       type(particle_store_t), intent(inout) :: particles

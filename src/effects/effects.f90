@@ -8,7 +8,7 @@ module m_effects
 
 contains
 
-   !> Add all effects to a catalogue. They act in this order. One line an effect: it brings its own `use`.
+   !> Add all effects to a catalogue. They act in this order. One line an effect, with its own `use`.
    subroutine known_effects(catalogue)
       type(catalogue_t), intent(inout) :: catalogue
       allocate (catalogue%effects(0))

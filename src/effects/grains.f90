@@ -1,6 +1,6 @@
-!> A polycrystal: each particle in a box takes the orientation of the nearest seed (Voronoi's cells), or of
-!> the voxel that it is in. The lattice of particles goes through the boundaries of grains, so that there is
-!> no seam (theory.md, eq. grains). It acts at the start only.
+!> A polycrystal: each particle in a box gets the orientation of the nearest seed (Voronoi cells), or of its
+!> voxel. The lattice of particles continues across grain boundaries (theory.md, eq. grains). It acts only at
+!> the start.
 module m_grains
    use m_kinds, only: wp, i4, i8
    use m_constants, only: exit_input, pi
@@ -24,21 +24,23 @@ module m_grains
    public :: grains_t
 
    integer, parameter :: longest_path = 1000 !< characters
-   real(wp), parameter :: alike = 0.01_wp !< proportions of a file and of the box, relative
-   real(wp), parameter :: min_small = 0.75_wp !< share of the angles at most 2 pi that makes them no degrees
-   integer, parameter :: enough = 4 !< grains of which one has an angle above 2 pi, were they in degrees
-   real(wp), parameter :: max_separation = 1000.0_wp !< seeds from each other, in widths of the box
+   real(wp), parameter :: alike = 0.01_wp !< relative tolerance of the proportions of file and box
+   real(wp), parameter :: min_small = 0.75_wp !< numbers are not in degrees if more than this share is at most
+                                              !< 2 pi
+   integer, parameter :: enough = 4 !< this many grains would include an angle above 2 pi, if in degrees
+   real(wp), parameter :: max_separation = 1000.0_wp !< largest distance between seeds, in widths of the box
    integer(i8), parameter :: prime = 2147483647_i8 !< 2^31 - 1
 
    type, extends(effect_t) :: grains_t
       real(wp) :: lower(3) = 0.0_wp, upper(3) = 0.0_wp !< the box, m
-      integer :: count = 0                             !< of grains
-      integer :: seed = 1                              !< of chance
+      integer :: count = 0                             !< number of grains
+      integer :: seed = 1                              !< of the random numbers
       real(wp), allocatable :: positions(:)    !< of the seeds, m: x y z of each
-      real(wp), allocatable :: weights(:)      !< of the seeds, m: what a grain reaches further by (Laguerre)
+      real(wp), allocatable :: weights(:)      !< of the seeds, m: weights of a Laguerre tessellation
       real(wp), allocatable :: orientations(:) !< Euler angles phi1 Phi phi2 of each, degrees
-      integer :: angles = 0                    !< how they are given, of `angle_words`; 0: not said
-      integer(i4), allocatable :: voxels(:, :, :) !< number of the grain, x fastest, all over the box; 0: none
+      integer :: angles = 0                    !< form of the orientations, of `angle_words`; 0: not given
+      integer(i4), allocatable :: voxels(:, :, :) !< number of the grain, x fastest, over the whole box; 0:
+                                                  !< none
       character(len=:), allocatable :: file, checksum !< of the voxels
       integer :: grain = 0                     !< column of the number of the grain
    contains
@@ -57,7 +59,7 @@ module m_grains
 
 contains
 
-   !> What is read from a file is written as lists, so that case.nml needs no file; but voxels are not.
+   !> Data read from a file are written as lists, so that case.nml needs no file; except voxels.
    subroutine variables(self, group)
       class(grains_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group
@@ -107,7 +109,7 @@ contains
       call group%get('seed', self%seed, least=0)
    end subroutine variables
 
-   !> What the file says; its name is kept where it has voxels alone.
+   !> Read the file; its name is kept if it has voxels only.
    subroutine take_file(self, group)
       class(grains_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group
@@ -132,11 +134,11 @@ contains
       else
          self%file = ''
          self%checksum = ''
-         if (allocated(self%orientations)) self%angles = bunge_degrees ! as they are written
+         if (allocated(self%orientations)) self%angles = bunge_degrees ! as written
       end if
    end subroutine take_file
 
-   !> What a file describes in a unit of its own fills the box, which must have its proportions.
+   !> Scale data in a file's own unit to the box, which must have the same proportions.
    subroutine fit_into_box(self, found, fault)
       class(grains_t), intent(in) :: self
       type(grain_list_t), intent(inout) :: found
@@ -144,7 +146,7 @@ contains
       real(wp) :: factor(3), middle
       integer :: axis
       if (all(found%size <= 0.0_wp)) return
-      factor = -1.0_wp ! fits anything
+      factor = -1.0_wp ! undetermined
       where (found%size > 0.0_wp) factor = (self%upper - self%lower)/found%size
       middle = sum(factor, mask=factor > 0.0_wp)/count(factor > 0.0_wp)
       if (any(factor > 0.0_wp .and. abs(factor - middle) > alike*middle)) then
@@ -165,10 +167,10 @@ contains
       end function text_of
    end subroutine fit_into_box
 
-   !> The form of orientations that the scene names is that of the file, if the file says.
+   !> The form of orientations given in the scene must be that of the file, if the file gives it.
    subroutine check_form(found, form, fault)
       type(grain_list_t), intent(in) :: found
-      integer, intent(in) :: form !< as the scene says; 0: it does not
+      integer, intent(in) :: form !< as given in the scene; 0: not given
       character(len=:), allocatable, intent(inout) :: fault
       if (.not. allocated(found%orientations)) return
       if (allocated(found%unclear)) then
@@ -179,18 +181,18 @@ contains
                  trim(angle_words(found%form))//''', which is active up to 4.9'
       else if (found%form > 0 .and. form > 0 .and. form /= found%form .and. form + 2 /= found%form) then
          fault = 'has its orientations as '''//trim(angle_words(found%form))//''', and angles is '''// &
-                 trim(angle_words(form))//'''; allowed: without angles' ! degrees is bunge_degrees
+                 trim(angle_words(form))//'''; allowed: without angles' ! degrees are bunge_degrees
       end if
    end subroutine check_form
 
-   !> Orientations become Bunge's angles in degrees. Where nothing says in which form they are, and no number
-   !> of them is above 2 pi, that is asked for.
+   !> Convert orientations to Bunge's angles in degrees. If their form is not given, and no number is above 2
+   !> pi, the form is required.
    subroutine take_angles(self, group, name, form_of_file, numbers)
       class(grains_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group
-      character(len=*), intent(in) :: name         !< of the variable that gives them
-      integer, intent(in) :: form_of_file          !< 0: it does not say
-      integer, intent(in), optional :: numbers     !< of an orientation
+      character(len=*), intent(in) :: name         !< of the variable with the orientations
+      integer, intent(in) :: form_of_file          !< 0: not given
+      integer, intent(in), optional :: numbers     !< per orientation
       character(len=:), allocatable :: fault
       real(wp), allocatable :: angles(:)
       integer :: form, given
@@ -217,13 +219,13 @@ contains
          return
       end if
       call move_alloc(angles, self%orientations)
-      if (self%file == '' .and. self%angles > 0) self%angles = bunge_degrees ! as they are written
+      if (self%file == '' .and. self%angles > 0) self%angles = bunge_degrees ! as written
    end subroutine take_angles
 
-   !> Why numbers that nothing is said of may not be angles in degrees; empty: they look so.
+   !> Reason why numbers without a given form may not be angles in degrees; empty: plausible.
    subroutine doubt_degrees(numbers, given, why)
       real(wp), intent(in) :: numbers(:)
-      integer, intent(in) :: given !< of them an orientation
+      integer, intent(in) :: given !< numbers per orientation
       character(len=:), allocatable, intent(out) :: why
       integer :: small, large
       why = ''
@@ -241,8 +243,8 @@ contains
       end if
    end subroutine doubt_degrees
 
-   !> Seeds that all are far from each other, seen from the box, or all at one of its places, are not in m, or
-   !> no places.
+   !> Check seeds: if all are far apart compared with the box, or all at one point, they are not positions in
+   !> m.
    subroutine check_distances(self, group)
       class(grains_t), intent(in) :: self
       type(group_reader_t), intent(inout) :: group
@@ -275,7 +277,7 @@ contains
       if (allocated(list)) size_of = size(list)
    end function size_of
 
-   !> The number of the grain, 0 outside the box.
+   !> Field with the number of the grain, 0 outside the box.
    subroutine declare(self, table)
       class(grains_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
@@ -284,14 +286,14 @@ contains
       call self%draw()
    end subroutine declare
 
-   !> It does nothing in a step.
+   !> No action during steps.
    pure type(hooks_t) function hooks(self)
       class(grains_t), intent(in) :: self
       hooks = hooks_t()
    end function hooks
 
-   !> What is not given is left to chance: seeds all over the box, orientations all alike likely (Shoemake
-   !> 1992: here as Euler angles, phi1 and phi2 uniform and Phi by its cosine).
+   !> Random values for what is not given: seeds uniform in the box, orientations uniform (Shoemake 1992: as
+   !> Euler angles, phi1 and phi2 uniform and Phi by its cosine).
    subroutine draw(self)
       class(grains_t), intent(inout) :: self
       integer(i8) :: state
@@ -315,7 +317,7 @@ contains
       end if
    end subroutine draw
 
-   !> A number in [0, 1), the next of a row that is the same with every compiler.
+   !> A pseudo-random number in [0, 1), the same with every compiler.
    real(wp) function chance(state)
       integer(i8), intent(inout) :: state
       state = stirred(state + 1_i8)
@@ -332,7 +334,7 @@ contains
       end do
    end function stirred
 
-   !> Number and orientation of the grain that each particle is in.
+   !> Set number and orientation of each particle's grain.
    subroutine initialise(self, particles, table, layout, grid)
       class(grains_t), intent(in) :: self
       type(particle_store_t), intent(inout) :: particles
@@ -355,8 +357,8 @@ contains
       end do
    end subroutine initialise
 
-   !> Number of the grain at a place in the box (m): of the voxel, or of the nearest seed, of two as near that
-   !> with the lower number; with weights that of the least power (Laguerre's cells).
+   !> Number of the grain at a point in the box (m): of its voxel, or of the nearest seed (of equally near
+   !> ones the lower number); with weights the seed of least power (Laguerre cells).
    pure integer function grain_at(self, x) result(found)
       class(grains_t), intent(in) :: self
       real(wp), intent(in) :: x(3)
@@ -379,7 +381,7 @@ contains
       end do
    end function grain_at
 
-   !> Some material must have axes that grains can turn.
+   !> At least one material must have axes.
    subroutine verify(self, communicator, levels, tools, error)
       class(grains_t), intent(in) :: self
       type(communicator_t), intent(in) :: communicator

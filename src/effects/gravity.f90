@@ -1,4 +1,4 @@
-!> The same acceleration of all material (theory.md, eq. gravity).
+!> Uniform acceleration of all material (theory.md, eq. gravity).
 module m_gravity
    use m_kinds, only: wp
    use m_effect, only: effect_t, hooks_t
@@ -41,7 +41,7 @@ contains
       field = self%field
    end function uniform_acceleration
 
-   !> a <- a + g, and the velocity with it. Nodes without mass stay as they are.
+   !> a <- a + g, with the velocity updated. Nodes without mass are not changed.
    pure subroutine on_nodes(self, time, time_step, tile)
       class(gravity_t), intent(in) :: self
       real(wp), intent(in) :: time, time_step
@@ -77,7 +77,7 @@ contains
       end associate
    end function potential
 
-   !> In the section, and along the axis where that is one of revolution.
+   !> In the section; along the axis for a body of revolution.
    subroutine take_section(self, section, why)
       class(gravity_t), intent(inout) :: self
       type(section_t), intent(in) :: section

@@ -1,5 +1,5 @@
 !> A pressure on a patch of a body's face, or on all surface within a box, that follows the surface; or a
-!> traction in any direction, which stays or turns with the face (theory.md, eqs pressure, traction).
+!> traction in any direction, fixed or rotating with the face (theory.md, eqs pressure, traction).
 module m_pressure
    use m_kinds, only: wp
    use m_constants, only: exit_input
@@ -28,24 +28,26 @@ module m_pressure
    private
    public :: pressure_t
 
-   real(wp), parameter :: hair = 1.0e-9_wp !< cells: so near to a node a face is on it; a node beyond has no
-                                           !< mass to speak of
-   real(wp), parameter :: touching = 1.0e-6_wp !< a face lies on the patch's plane within this share of the
-                                               !< particle's edge
-   real(wp), parameter :: endless = 1.0e30_wp  !< m: half of a patch along y in a section; a number that a
-                                               !< scene may have, for case.nml has it
-   real(wp), parameter :: covered = 1.0e-6_wp  !< so much of the patch may find no face
+   real(wp), parameter :: hair = 1.0e-9_wp !< cells: a face so near to a node is on it; nodes beyond have
+                                           !< negligible mass
+   real(wp), parameter :: touching = 1.0e-6_wp !< distance of a face from the patch's plane, in particle
+                                               !< edges, up to which it lies on it
+   real(wp), parameter :: endless = 1.0e30_wp  !< m: half width of a patch along y in a section; a number that
+                                               !< case.nml can contain
+   real(wp), parameter :: covered = 1.0e-6_wp  !< tolerated share of the patch without a face
 
    type, extends(effect_t) :: pressure_t
       real(wp) :: lower(3) = 0.0_wp, upper(3) = 0.0_wp !< of the patch, m: equal along one axis; or of the box
       real(wp), allocatable :: times(:)  !< s, rising
       real(wp), allocatable :: values(:) !< Pa
-      real(wp) :: traction(3) = 0.0_wp !< on the surface, of the values; 0: a pressure
-      logical :: follows = .false.     !< it turns as the normal of the face does
-      integer :: side = 0 !< column: on which side of the patch's plane outside is, -1 or 1
+      real(wp) :: traction(3) = 0.0_wp !< direction of the traction on the surface, times the values; 0: a
+                                       !< pressure
+      logical :: follows = .false.     !< it rotates with the normal of the face
+      integer :: side = 0 !< column: side of the patch's plane that is outside, -1 or 1
       integer :: area = 0 !< first column of the particle's share of the patch, an outward vector, m2
       type(section_t), private :: section !< of the scene
-      integer :: arm = 0  !< first column of the way from the particle's centre to the middle of its share, m
+      integer :: arm = 0  !< first column of the vector from the particle's centre to the middle of its share,
+                          !< m
    contains
       procedure :: variables
       procedure :: take_section
@@ -99,7 +101,7 @@ contains
                            to_text(size(self%values))//' given')
    end subroutine variables
 
-   !> A patch across x or z, all that there is along y.
+   !> A patch normal to x or z, unbounded along y.
    subroutine take_section(self, section, why)
       class(pressure_t), intent(inout) :: self
       type(section_t), intent(in) :: section
@@ -118,7 +120,7 @@ contains
       hooks = hooks_t(add_forces=.true., on_stress=.true., follows_particles=.true.)
    end function hooks
 
-   !> Two vectors a particle. Patches have columns of their own, so that one particle may lie under several.
+   !> Two vectors a particle. Each patch has its own columns, so that a particle may be under several.
    subroutine declare(self, table)
       class(pressure_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
@@ -136,14 +138,14 @@ contains
       self%side = table%column('pressure_side_'//to_text(patch))
    end subroutine declare
 
-   !> True where all surface within a box is meant, false where a patch of a plane is.
+   !> True for all surface within a box, false for a patch of a plane.
    pure logical function is_box(self)
       class(pressure_t), intent(in) :: self
       is_box = all(self%upper > self%lower)
    end function is_box
 
-   !> Particles take the surface of their body that lies within the box, in their places of the lattice and in
-   !> those whose parts they have.
+   !> Assign to particles the surface of their body that lies within the box, in their lattice sites and those
+   !> merged into them.
    subroutine cover(self, particles, first, shape, cells, layout, grid)
       class(pressure_t), intent(in) :: self
       type(particle_store_t), intent(inout) :: particles
@@ -174,7 +176,7 @@ contains
       end do
    end subroutine cover
 
-   !> Particles with a face on the plane of the patch take the part of that face that lies in the patch:
+   !> Assign to particles with a face on the plane of the patch the part of that face within the patch:
    !> together exactly its area.
    subroutine initialise(self, particles, table, layout, grid)
       class(pressure_t), intent(in) :: self
@@ -198,13 +200,13 @@ contains
          from(axis) = 0.0_wp
          to(axis) = 1.0_wp
          if (any(to <= from)) cycle
-         if (self%section%is_flat()) then ! of that length, all that it stands for
+         if (self%section%is_flat()) then ! the whole extent normal to the section
             from(2) = 0.0_wp
             to(2) = self%section%depth(merge(self%lower(1), 0.5_wp*(from(1) + to(1)), axis == 1))
          end if
          particles%column(p, self%area + axis - 1) = outward*product(to - from)
          if (self%side > 0) particles%column(p, self%side) = outward
-         ! its own face, not the plane, which may be off by rounding
+         ! the particle's own face, as the plane may differ by round-off
          from(axis) = position(axis) + outward*half
          to(axis) = from(axis)
          if (self%section%is_flat()) from(2) = -to(2)
@@ -212,13 +214,13 @@ contains
       end do
    end subroutine initialise
 
-   !> Collective: all of the patch must have found a face, on one side of its plane. Inside a body it finds
-   !> two, which cancel.
+   !> Collective: all of the patch must be covered by faces, on one side of its plane. Inside a body there are
+   !> faces on both sides, which cancel.
    subroutine verify(self, communicator, levels, tools, error)
       class(pressure_t), intent(in) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: levels(:)
-      integer, intent(in) :: tools !< how many the scene has
+      integer, intent(in) :: tools !< number of tools in the scene
       type(error_t), intent(inout) :: error
       real(wp) :: found, patch
       integer :: axis, b, l
@@ -255,8 +257,8 @@ contains
                 'along the grid')
    end subroutine verify
 
-   !> -p A over each particle's share, through the hat functions of the grid, as a tool's contact force: a
-   !> uniform pressure makes a uniform stress.
+   !> Add -p A of each particle's share, by the hat functions of the grid, as for a tool's contact force: a
+   !> uniform pressure gives a uniform stress.
    pure subroutine add_forces(self, block, table, layout, grid, time, tile)
       class(pressure_t), intent(in) :: self
       type(block_t), intent(in) :: block
@@ -294,8 +296,8 @@ contains
       end associate
    end subroutine add_forces
 
-   !> The force on a particle's share of a value of 1: -A of a pressure; the traction times the present area,
-   !> where it follows turned as the normal is turned from where it was (Rodrigues).
+   !> The force on a particle's share per unit value: -A for a pressure; else the traction times the present
+   !> area, if it follows rotated as the normal is from its initial direction (Rodrigues).
    pure function pull(self, column) result(force)
       class(pressure_t), intent(in) :: self
       real(wp), intent(in) :: column(:) !< of the particle
@@ -313,7 +315,7 @@ contains
               /max(1.0_wp + dot_product(before, area)/norm2(area), epsilon(1.0_wp))
    end function pull
 
-   !> Those with a share of the patch.
+   !> Particles with a share of the patch.
    pure function pushed(self, particles) result(which)
       class(pressure_t), intent(in) :: self
       type(particle_store_t), intent(in) :: particles
@@ -330,7 +332,7 @@ contains
       which = list(:found)
    end function pushed
 
-   !> -p A times the way of the middle of each share: that of the centre, and dt L arm.
+   !> -p A times the displacement of the middle of each share: that of the centre, and dt L arm.
    pure function particle_work(self, particles, which, layout, gradient, from, way_to, time, &
                                time_step) result(work)
       class(pressure_t), intent(in) :: self

@@ -1,5 +1,5 @@
-!> The effects of a scene. A step calls each by what all effects offer (m_effect); which effects there are
-!> stands in effects.f90.
+!> The effects of a scene. A step calls each by the interface of effects (m_effect); the list of effects is in
+!> effects.f90.
 module m_scene_effects
    use m_scene, only: scene_t
    use m_effect, only: effect_t, effect_slot_t
@@ -9,7 +9,7 @@ module m_scene_effects
 
 contains
 
-   !> The effects that a scene calls for, in order, without those that it declines; none when it does not say.
+   !> Create the effects of a scene, in order, except declined ones.
    subroutine make_effects(scene, effects)
       type(scene_t), intent(in) :: scene
       type(effect_slot_t), allocatable, intent(out) :: effects(:)
@@ -30,7 +30,7 @@ contains
       end do
    end subroutine make_effects
 
-   !> Append an effect that no group of a scene asks for.
+   !> Append an effect that has no group in the scene.
    subroutine add_effect(effects, effect)
       type(effect_slot_t), allocatable, intent(inout) :: effects(:)
       class(effect_t), intent(in) :: effect

@@ -1,6 +1,6 @@
-!> The surface of bodies that meet others in contact: elements that particles carry, each an area and the arm
-!> to its middle (theory.md, eqs surface-element, carried-face). There where a scene has contact groups; no
-!> group of a scene's own.
+!> The surface of bodies in contact with each other: elements carried by particles, each an area and the arm
+!> to its middle (theory.md, eqs surface-element, carried-face). Created for scenes with contact groups,
+!> without a group of its own.
 module m_surface
    use m_kinds, only: wp
    use m_scene, only: scene_t, body_spec_t, fill_share
@@ -17,22 +17,24 @@ module m_surface
    private
    public :: surface_t, make_surface
 
-   integer, parameter :: few_elements = 3 !< of the corner of a box, a sphere or a cylinder that is two
-                                          !< particles thick or more
-   real(wp), parameter :: one_element = 0.7_wp !< cosine: the surface at two sides of a particle bends by less
-   real(wp), parameter :: farthest = 1.5_wp !< that a surface is looked for from a particle, in its edges
-   integer, parameter :: steps = 24 !< along a direction, until one of them ends outside
-   real(wp), parameter :: near = 1.0e-9_wp !< enough to the surface, in particle edges
-   integer, parameter :: max_rotations = 20 !< of a normal towards that at the foot
-   real(wp), parameter :: smooth = 0.2_wp  !< it does not turn by more on a smooth surface
-   real(wp), parameter :: same = 1.0e-14_wp !< by which a normal turns that is there
-   real(wp), parameter :: just_inside = 1.0e-4_wp !< in particle edges: there the nearest face is that above
+   integer, parameter :: few_elements = 3 !< enough for the corner of a box, a sphere or a cylinder at least
+                                          !< two particles thick
+   real(wp), parameter :: one_element = 0.7_wp !< cosine: two sides of a particle share an element if the
+                                               !< normal rotates by less
+   real(wp), parameter :: farthest = 1.5_wp !< search distance for the surface from a particle, in its edges
+   integer, parameter :: steps = 24 !< along a direction, until a point is outside
+   real(wp), parameter :: near = 1.0e-9_wp !< tolerance of the distance to the surface, in particle edges
+   integer, parameter :: max_rotations = 20 !< iterations of a normal towards that at the foot point
+   real(wp), parameter :: smooth = 0.2_wp   !< rotation of the normal up to which a surface is smooth
+   real(wp), parameter :: same = 1.0e-14_wp !< rotation of a normal at convergence
+   real(wp), parameter :: just_inside = 1.0e-4_wp !< in particle edges: depth at which the nearest face is the
+                                                  !< one above
    real(wp), parameter :: one_face = 0.99_wp !< cosine between the normals on both sides of a surface where it
                                              !< is smooth
 
    type, extends(effect_t) :: surface_t
       type(body_spec_t), allocatable :: bodies(:)
-      integer :: elements = max_elements !< that a particle may have
+      integer :: elements = max_elements !< maximum number per particle
       integer, allocatable :: area(:), arm(:) !< (elements): first columns, m2 and m
    contains
       procedure :: variables
@@ -62,7 +64,7 @@ contains
       end do
    end function make_surface
 
-   !> There is no such group.
+   !> It has no group.
    subroutine variables(self, group)
       class(surface_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group
@@ -73,7 +75,7 @@ contains
       hooks = hooks_t(on_stress=.true.)
    end function hooks
 
-   !> Two vectors for each element that a particle may have.
+   !> Declare two vectors for each possible element of a particle.
    subroutine declare(self, table)
       class(surface_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
@@ -87,7 +89,7 @@ contains
       end do
    end subroutine declare
 
-   !> Elements of the particles of a body that have just been put into a block.
+   !> Set the elements of a body's particles that have just been put into a block.
    subroutine cover(self, particles, first, shape, cells, layout, grid)
       class(surface_t), intent(in) :: self
       type(particle_store_t), intent(inout) :: particles
@@ -110,15 +112,15 @@ contains
       end do
    end subroutine cover
 
-   !> The elements of a particle, by its place in the lattice: where it has no neighbour of its contact group
-   !> on a side, the side's area as the shape's surface has it there, and the way along the surface's normal
-   !> to it. Sides where the surface hardly bends share one: a body that is filled by a lattice has no
-   !> staircase. Of a section the sides that lie in it, and all that they stand for.
+   !> The elements of a particle, by its lattice site: on sides without a neighbour of its contact group, the
+   !> side's area projected on the shape's surface, and the vector along the surface's normal to it. Sides
+   !> between which the surface is nearly flat share one element: a body filled by a lattice has no staircase.
+   !> For a section, the sides that lie in it, with their whole extent.
    subroutine elements_of(self, body, centre, place, edge, grid, found, area, arm)
       class(surface_t), intent(in) :: self
       integer, intent(in) :: body
       real(wp), intent(in) :: centre(3)      !< of the particle, m
-      real(wp), intent(in) :: place(3), edge !< of its place in the lattice, m
+      real(wp), intent(in) :: place(3), edge !< of its lattice site, m
       type(grid_level_t), intent(in) :: grid
       integer, intent(out) :: found
       real(wp), intent(out) :: area(3, max_elements), arm(3, max_elements) !< the largest first
@@ -155,7 +157,7 @@ contains
          size_of(k) = size_of(e)
       end do
    contains
-      !> True when a place holds a particle of the same contact group, or is beyond the sides of the grid.
+      !> True when a point is in a particle of the same contact group, or beyond the sides of the grid.
       logical function is_held(there)
          real(wp), intent(in) :: there(3)
          integer :: b
@@ -168,14 +170,14 @@ contains
       end function is_held
    end subroutine elements_of
 
-   !> Normal of the surface that a side of a particle's place stands for: that nearest to the side's middle.
+   !> Normal of the surface that a side of a particle's site represents: that nearest to the side's middle.
    !> Beside an edge of the shape, where that is a mean of two faces, it is the normal of the face through
-   !> which one leaves the shape on the way out of the side.
+   !> which the outward line from the side leaves the shape.
    function face_normal(shape, centre, side, out, edge) result(normal)
       class(shape_t), intent(in) :: shape
       real(wp), intent(in) :: centre(3), side(3) !< of the particle, and middle of the side, m
-      real(wp), intent(in) :: out(3)             !< outward from that, of length 1
-      real(wp), intent(in) :: edge               !< of the particle's place, m
+      real(wp), intent(in) :: out(3)             !< outward normal of the side, a unit vector
+      real(wp), intent(in) :: edge               !< of the particle's site, m
       real(wp) :: normal(3), inside(3), distance, way
       call shape%distance_and_normal(side, distance, normal)
       call shape%distance_and_normal(side - (distance + just_inside*edge)*normal, way, inside)
@@ -187,14 +189,14 @@ contains
       if (.not. dot_product(normal, out) > 0.0_wp) normal = out
    end function face_normal
 
-   !> The way from a particle's centre to the surface that an element stands for, m, and the normal there.
-   !> Where the surface is smooth it is the shortest way, so that both are exact: each time the normal of the
-   !> surface at the foot of the last one is taken.
+   !> The vector from a particle's centre to the surface that an element represents, m, and the normal there.
+   !> Where the surface is smooth it is the shortest one, so that both are exact: iterated with the normal of
+   !> the surface at the last foot point.
    subroutine find_foot(shape, centre, normal, edge, arm)
       class(shape_t), intent(in) :: shape
       real(wp), intent(in) :: centre(3)
       real(wp), intent(inout) :: normal(3)
-      real(wp), intent(in) :: edge !< of the particle's place, m
+      real(wp), intent(in) :: edge !< of the particle's site, m
       real(wp), intent(out) :: arm(3)
       real(wp) :: there(3), last(3), inside(3), distance, way
       integer :: t
@@ -214,8 +216,8 @@ contains
       arm = way*normal
    end subroutine find_foot
 
-   !> How far one goes from a particle's centre along a direction of length 1 until one leaves the shape, m; 0
-   !> where the centre is outside, at most 1.5 edges of its place.
+   !> Distance from a particle's centre along a unit vector to the point where it leaves the shape, m; 0 if
+   !> the centre is outside, at most 1.5 edges of its site.
    real(wp) function way_out(shape, centre, direction, edge)
       class(shape_t), intent(in) :: shape
       real(wp), intent(in) :: centre(3), direction(3), edge
