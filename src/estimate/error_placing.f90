@@ -1,4 +1,4 @@
-!> Levels that the estimated error of the stress places, and what is touched (theory.md, eq. level-error).
+!> Placement of levels by the estimated error of the stress and by contact (theory.md, eq. level-error).
 module m_error_placing
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -16,23 +16,23 @@ module m_error_placing
    private
    public :: place_by_error, is_due
 
-   integer, parameter :: between(4) = [50, 25, 5, 1] !< steps of the coarsest level from one look to the next:
-                                                     !< each a part of the one before, so that a shorter one
-                                                     !< is kept as soon as it is asked for
-   real(wp), parameter :: furthest = 0.5_wp  !< and way that may have come together, in the smallest cells
-                                             !< refined
+   integer, parameter :: between(4) = [50, 25, 5, 1] !< steps of the coarsest level between two updates: each
+                                                     !< divides the one before, so that a shorter interval is
+                                                     !< used as soon as it is needed
+   real(wp), parameter :: furthest = 0.5_wp  !< travel allowed between two updates, in the smallest refined
+                                             !< cells
 
 contains
 
-   !> True when it is time to look: it follows from the state alone, so that a run that goes on looks at the
-   !> same times.
+   !> True when an update is due: this depends on the state alone, so that a continued run updates at the same
+   !> times.
    pure logical function is_due(model)
       type(model_t), intent(in) :: model
       real(wp) :: way, ahead
       integer :: every, t
       is_due = any(model%level_specs%criterion == criterion_error)
       if (.not. is_due) return
-      way = 0.0_wp ! of a tool, in a step
+      way = 0.0_wp ! of a tool, per step
       ahead = model%time + between(1)*model%last_step
       do t = 1, size(model%contact%tools)
          associate (tool => model%contact%tools(t))
@@ -47,8 +47,8 @@ contains
       is_due = mod(model%step, int(every, i8)) == 0
    end function is_due
 
-   !> Collective: set the regions of all levels that the error places. The same on any number of ranks: only
-   !> maxima and minima are taken over ranks.
+   !> Collective: set the regions of all levels placed by the error. The same on any number of ranks: only
+   !> maxima and minima are reduced over ranks.
    subroutine place_by_error(model, regions, error)
       type(model_t), intent(inout) :: model
       type(region_t), intent(inout) :: regions(:) !< of all levels
@@ -98,7 +98,7 @@ contains
                 model%level_specs(part)%budget()//'; try a larger one')
    end subroutine place_by_error
 
-   !> Collective: the marks of all ranks.
+   !> Collective: combine the marks of all ranks.
    subroutine share(model, marks)
       type(model_t), intent(in) :: model
       type(marks_t), intent(inout) :: marks
@@ -117,7 +117,7 @@ contains
       type(marks_t), intent(inout) :: marks(first:)
       real(wp), intent(inout) :: largest !< energy of a stress, J/m3
       real(wp) :: difference, half, own(6)
-      real(wp) :: x(3), e(3) ! copies: gfortran 12 hands on the name of a strided section as if it were none
+      real(wp) :: x(3), e(3) ! copies: gfortran 12 passes the name of a strided section incorrectly
       integer :: b, cell(3), m, p
       associate (level => model%levels(l), at => model%levels(l)%layout)
          do b = 1, size(level%blocks)
@@ -148,7 +148,7 @@ contains
       end associate
    end subroutine mark
 
-   !> Collective: where bodies of different contact groups are near each other is touched.
+   !> Collective: mark the cells where bodies of different contact groups are near each other.
    subroutine mark_groups(model, l, touched)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l
@@ -182,8 +182,8 @@ contains
       call mark_neighbours(lowest, highest, touched)
    end subroutine mark_groups
 
-   !> The cells that a level may refine: all, where the level above is placed by the error too and follows;
-   !> else those far enough from its edge.
+   !> Set the cells that a level may refine: all, if the level above is placed by the error too and will
+   !> follow; else those far enough from its edge.
    subroutine set_free(model, l, first, marks)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, first

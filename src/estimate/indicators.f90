@@ -1,5 +1,5 @@
-!> How far a state may be from the truth: the recovered-stress estimate of the discretisation error
-!> (theory.md, eq. recovered).
+!> Error estimate of a state: the recovered-stress estimate of the discretisation error (theory.md, eq.
+!> recovered).
 module m_indicators
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -10,34 +10,33 @@ module m_indicators
    private
    public :: stress_error_t, estimate_stress_error
 
-   real(wp), parameter :: edge_width = 2.0_wp !< cells from an edge between levels within which particles are
-                                              !< beside it
+   real(wp), parameter :: edge_width = 2.0_wp !< distance in cells up to which particles are beside an edge
+                                              !< between levels
 
    !> The estimate, over all ranks.
    type :: stress_error_t
-      real(wp) :: energy = 0.0_wp !< half the sum of V sigma : C^-1 : sigma of the particles it is about, J
-      real(wp) :: squares = 0.0_wp    !< the same of what the recovered stress differs by, J
-      real(wp) :: beside = 0.0_wp     !< of these, what particles next to edges between levels have, J
-      real(wp) :: largest = 0.0_wp !< largest difference: of the stress as the energy weighs it, as a pull
-                                   !< along one axis, Pa
-      real(wp) :: stress = 0.0_wp     !< largest stress, weighed in the same way, Pa
+      real(wp) :: energy = 0.0_wp !< half the sum of V sigma : C^-1 : sigma over the particles included, J
+      real(wp) :: squares = 0.0_wp    !< the same for the difference to the recovered stress, J
+      real(wp) :: beside = 0.0_wp     !< part of that in particles beside edges between levels, J
+      real(wp) :: largest = 0.0_wp    !< largest difference: uniaxial stress of the same energy, Pa
+      real(wp) :: stress = 0.0_wp     !< largest stress, as uniaxial stress of the same energy, Pa
       real(wp) :: place(3) = 0.0_wp   !< of the particle with the largest difference, m
       integer(i8) :: id = 0           !< of that particle
-      integer :: level = 0            !< that it lives on
+      integer :: level = 0            !< level of that particle
    contains
       procedure :: share
    end type stress_error_t
 
 contains
 
-   !> The estimate relative to the state's own norm of strain energy.
+   !> The estimate relative to the energy norm of the state.
    pure real(wp) function share(self)
       class(stress_error_t), intent(in) :: self
       share = 0.0_wp
       if (self%energy > 0.0_wp) share = sqrt(self%squares/self%energy)
    end function share
 
-   !> Collective: the estimate for the model as it stands, at the end of a step.
+   !> Collective: the estimate for the model at the end of a step.
    subroutine estimate_stress_error(model, error)
       type(model_t), intent(inout) :: model
       type(stress_error_t), intent(out) :: error
@@ -95,14 +94,14 @@ contains
       end associate
    end subroutine compare
 
-   !> The stress (Pa) that has this energy (J/m3) in a bar along x that is pulled.
+   !> The uniaxial stress (Pa) along x with this energy (J/m3).
    pure real(wp) function as_pull(law, energy)
       class(material_t), intent(in) :: law
       real(wp), intent(in) :: energy
       as_pull = sqrt(energy/law%complementary_energy([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]))
    end function as_pull
 
-   !> True near an edge between levels.
+   !> True beside an edge between levels.
    pure logical function next_to_edge(model, l, place) result(near)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l

@@ -1,5 +1,5 @@
-!> The recovered stress of single particles (theory.md, eq. recovered). Only what is around them is asked,
-!> which costs a scene of any size the same.
+!> The recovered stress of single particles (theory.md, eq. recovered). Only their surroundings are used, so
+!> the cost does not depend on the size of the scene.
 module m_recovered_at
    use mpi_f08
    use m_kinds, only: wp
@@ -16,29 +16,29 @@ module m_recovered_at
    private
    public :: recover_stress_at
 
-   !> Values of the nodes of a box: volume and volume times place from the node; volume and volume times
-   !> stress. Nodes are counted over their level.
+   !> Values of the nodes of a box: volume and volume times position relative to the node; volume and volume
+   !> times stress. Node indices are those of the level.
    type :: box_t
       integer :: level = 0, low(3) = 0, high(3) = 0
       real(wp), allocatable :: places(:, :, :, :), stresses(:, :, :, :)
    end type box_t
 
-   !> The same, or means of it, as tiles of a block.
+   !> The same values, or their means, as tiles of a block.
    type :: tiles_t
       real(wp), dimension(node_values, 0:tile_last, 0:tile_last, 0:tile_last) :: places, stresses
    end type tiles_t
 
 contains
 
-   !> Collective: the recovered stress (Pa) of one particle, on the rank that has it; 0 on the others.
+   !> Collective: the recovered stress (Pa) of one particle, on the rank that owns it; 0 on the others.
    subroutine recover_stress_at(model, at, stress)
       type(model_t), intent(in) :: model
-      integer, intent(in) :: at(3) !< its level, block and number here; 0 where it is not
+      integer, intent(in) :: at(3) !< its level, block and number here; 0 on other ranks
       real(wp), intent(out) :: stress(6)
       type(box_t) :: around
       type(tiles_t) :: tiles
       real(wp), allocatable :: found(:, :)
-      integer :: facts(5) ! its level, its body, the node in the middle of its bin
+      integer :: facts(5) ! its level, its body, the node of its bin
       stress = 0.0_wp
       facts = -1
       if (at(3) > 0) then
@@ -48,7 +48,7 @@ contains
          end associate
       end if
       call MPI_Allreduce(MPI_IN_PLACE, facts, size(facts), MPI_INTEGER, MPI_MAX, model%communicator%comm)
-      if (facts(1) < 1) return ! nothing is left of it
+      if (facts(1) < 1) return ! the particle no longer exists
       associate (l => facts(1), body => facts(2), middle => facts(3:5))
          call sum_up(model, body, l, middle - 1, middle + 1, around)
          call set_means(model, around, middle/block_size, tiles)
@@ -63,7 +63,8 @@ contains
       end associate
    end subroutine recover_stress_at
 
-   !> Collective: what the particles of a body give to the nodes of a box, those of the next finer level too.
+   !> Collective: sums over the particles of a body on the nodes of a box, including those of the next finer
+   !> level.
    subroutine sum_up(model, body, l, low, high, box)
       type(model_t), intent(in) :: model
       integer, intent(in) :: body, l, low(3), high(3)
@@ -79,7 +80,7 @@ contains
       call restrict_to(model, finer, box)
    end subroutine sum_up
 
-   !> Collective: what the particles of a body that live on a level give to the nodes of a box there.
+   !> Collective: sums over the particles of a body that live on a level on the nodes of a box there.
    subroutine sum_own(model, body, l, low, high, box)
       type(model_t), intent(in) :: model
       integer, intent(in) :: body, l, low(3), high(3)
@@ -87,7 +88,7 @@ contains
       type(tiles_t) :: tiles
       type(cell_list_t) :: members
       real(wp), allocatable :: parts(:, :, :, :, :, :) !< of each of the blocks that may have these nodes:
-                                                       !< added up in their order on any ranks
+                                                       !< added in their order on any number of ranks
       integer :: b, first(3), slot, a(3), z(3)
       box%level = l
       box%low = low
@@ -121,7 +122,8 @@ contains
       box%stresses = parts(:, :, :, :, 2, 1)
    end subroutine sum_own
 
-   !> Add to the nodes of a box what constrained nodes of the next finer level hold (m_edge: restrict).
+   !> Add to the nodes of a box the restricted values of constrained nodes of the next finer level (m_edge:
+   !> restrict).
    subroutine restrict_to(model, finer, box)
       type(model_t), intent(in) :: model
       type(box_t), intent(in) :: finer
@@ -155,7 +157,7 @@ contains
       end associate
    end subroutine restrict_to
 
-   !> The means of the nodes of a box in the tiles of a block; other nodes have none.
+   !> Set the means of the nodes of a box in the tiles of a block; other nodes get none.
    subroutine set_means(model, box, place, tiles)
       type(model_t), intent(in) :: model
       type(box_t), intent(in) :: box
@@ -172,13 +174,12 @@ contains
       call make_means(tiles%stresses)
    end subroutine set_means
 
-   !> Collective: those of the nodes of a box that are constrained have the means of the nodes that they
-   !> depend on.
+   !> Collective: set the means of constrained nodes of a box from those of the nodes that they depend on.
    subroutine follow_coarser(model, body, around, place, tiles)
       type(model_t), intent(in) :: model
       integer, intent(in) :: body
       type(box_t), intent(in) :: around
-      integer, intent(in) :: place(3) !< of the block that the tiles are of
+      integer, intent(in) :: place(3) !< of the block of the tiles
       type(tiles_t), intent(inout) :: tiles
       type(box_t) :: box
       type(tiles_t) :: coarser
@@ -208,7 +209,7 @@ contains
       call prolong(edge, coarser%stresses(:, a(1):z(1), a(2):z(2), a(3):z(3)), 2, node_values, tiles%stresses)
    end subroutine follow_coarser
 
-   !> Means beyond planes of symmetry.
+   !> Mirror means beyond planes of symmetry.
    subroutine mirror(model, l, place, tiles)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, place(3)

@@ -1,4 +1,4 @@
-!> The recovered stress of all particles (theory.md, eq. recovered), each body for itself.
+!> The recovered stress of all particles (theory.md, eq. recovered), separately for each body.
 module m_recovered_stress
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -24,7 +24,7 @@ module m_recovered_stress
       real(wp), allocatable :: of(:, :) !< (6, particles), Pa; xx yy zz yz xz xy
    end type block_stress_t
 
-   !> The same of the blocks of a level.
+   !> The same for the blocks of a level.
    type :: level_stress_t
       type(block_stress_t), allocatable :: blocks(:)
    end type level_stress_t
@@ -36,10 +36,10 @@ module m_recovered_stress
 
 contains
 
-   !> Collective: the recovered stress of this rank's particles of all levels. The model stays as it is.
+   !> Collective: the recovered stress of this rank's particles of all levels. The model is not changed.
    subroutine recover_stress(model, recovered)
       type(model_t), intent(inout) :: model
-      type(level_stress_t), allocatable, intent(out) :: recovered(:) !< of the levels
+      type(level_stress_t), allocatable, intent(out) :: recovered(:) !< by level
       type(pool_t) :: places(size(model%levels)), stresses(size(model%levels))
       integer :: b, body, l
       allocate (recovered(size(model%levels)))
@@ -66,8 +66,8 @@ contains
       end do
    end subroutine recover_stress
 
-   !> Collective: what the particles of a body give to the nodes of all levels, in all tiles, the finest level
-   !> first: each hands up to the next what its constrained nodes were given.
+   !> Collective: sums over the particles of a body on the nodes of all levels, in all tiles, the finest level
+   !> first: each restricts the sums of its constrained nodes to the next.
    subroutine sum_up(model, body, places, stresses)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: body
@@ -92,7 +92,7 @@ contains
          end associate
       end do
    contains
-      !> Sums over blocks and ranks.
+      !> Sum over blocks and ranks.
       subroutine add_up(tiles)
          real(wp), intent(inout), contiguous, asynchronous :: tiles(:, :, :, :, :)
          call model%exchange(l)%start(tiles)
@@ -101,12 +101,12 @@ contains
       end subroutine add_up
    end subroutine sum_up
 
-   !> Collective: of a level's sums, the means; constrained nodes have those of the coarser level.
+   !> Collective: convert a level's sums to means; constrained nodes get those of the coarser level.
    subroutine set_means(model, l, parity, pools)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
       real(wp), intent(in) :: parity(:, :)
-      type(pool_t), intent(inout) :: pools(:) !< of all levels: coarser ones have their means
+      type(pool_t), intent(inout) :: pools(:) !< of all levels: those of coarser levels contain means
       integer :: b
       associate (level => model%levels(l), tiles => pools(l)%tiles)
          do b = 1, size(level%blocks)
@@ -119,8 +119,8 @@ contains
       end associate
    end subroutine set_means
 
-   !> A level's grid as the stress sees its sides: where gravity acts across a plane of symmetry, it is no
-   !> mirror image on its other side, but a floor.
+   !> A level's grid with the mirrors valid for the stress: where gravity acts across a plane of symmetry, it
+   !> is a floor and not a mirror.
    pure function mirrors_of(model, l) result(grid)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l
@@ -137,7 +137,7 @@ contains
       end do
    end function mirrors_of
 
-   !> What a block's members give to its own tiles, folded back at symmetry planes.
+   !> Add the contributions of a block's members to its own tiles, mirrored at symmetry planes.
    subroutine give(level, mirrors, b, members, places, stresses)
       type(level_t), intent(in) :: level
       type(grid_level_t), intent(in) :: mirrors !< mirrors_of the level
@@ -160,7 +160,7 @@ contains
       end associate
    end subroutine give
 
-   !> What a block's members take from the means in its tiles.
+   !> Evaluate the means in a block's tiles at its members.
    subroutine take(level, b, members, places, stresses, stress)
       type(level_t), intent(in) :: level
       integer, intent(in) :: b
@@ -173,11 +173,11 @@ contains
       end associate
    end subroutine take
 
-   !> The particles of a body in a block; of these, if so asked, those that share nodes with some.
+   !> The particles of a body in a block; optionally only those that share nodes with a range.
    pure function members_of(block, body, low, high) result(members)
       type(block_t), intent(in) :: block
       integer, intent(in) :: body
-      integer, intent(in), optional :: low(3), high(3) !< first and last of the nodes, counted over the level
+      integer, intent(in), optional :: low(3), high(3) !< first and last of the nodes, in the level's indices
       type(cell_list_t) :: members
       integer :: n, p, found(block%particles%count)
       n = 0
@@ -194,7 +194,7 @@ contains
       members = chosen(block%cells, found(:n))
    end function members_of
 
-   !> Some particles of a block as a list to go through.
+   !> Some particles of a block as a list to traverse.
    pure function chosen(cells, numbers) result(members)
       type(cell_list_t), intent(in) :: cells
       integer, intent(in) :: numbers(:)
