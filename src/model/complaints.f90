@@ -1,5 +1,5 @@
-!> What is wrong with a particle, in a sentence: which, where, on which level, what was found, what is
-!> allowed, what to try.
+!> Error messages about a particle: which, where, on which level, what was found, what is allowed, what to
+!> try.
 module m_complaints
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -22,7 +22,7 @@ module m_complaints
 
 contains
 
-   !> Emigrants must have gone somewhere, and not further than the next block.
+   !> Check that emigrants have a finite position, within the next block.
    subroutine check_emigrants(model, l, b, error)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
@@ -34,7 +34,7 @@ contains
          do m = 1, block%emigrant_count
             p = block%emigrants(m)
             position = block%particles%column(p, x:x + 2)
-            ! what follows cannot overflow
+            ! avoid overflow below
             if (all(abs(position - block%origin) <= 2*block_size*level%grid%cell)) then
                place = (position - block%origin)*level%grid%per_cell
                if (all(abs(place - 0.5_wp*(block_size - 1)) <= 1.5_wp*block_size - 0.5_wp)) cycle
@@ -51,8 +51,8 @@ contains
       end associate
    end subroutine check_emigrants
 
-   !> With several levels blocks are there before a particle may reach them: one that enters another has moved
-   !> too far.
+   !> With several levels blocks are created before a particle can reach them: one that enters a missing block
+   !> has moved too far.
    subroutine report_homeless(model, l, error)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l
@@ -116,7 +116,7 @@ contains
                 recoverable=.true.)
    end subroutine report_inversion
 
-   !> A particle that the grid carried too far in a step.
+   !> Report a particle that the grid moved too far in a step.
    subroutine report_too_fast(model, l, b, fastest, time_step, error)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
@@ -129,7 +129,7 @@ contains
                 ' cells are allowed'//unstable, recoverable=.true.)
    end subroutine report_too_fast
 
-   !> A particle with a stress that is infinite or not a number.
+   !> Report a particle with a stress that is infinite or NaN.
    subroutine report_undefined(model, l, b, error)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
@@ -143,7 +143,7 @@ contains
       end associate
    end subroutine report_undefined
 
-   !> A law that made the stress of a particle no number says why (material_t%fault_text).
+   !> A law that set the stress of a particle to NaN gives the reason (material_t%fault_text).
    subroutine report_by_law(model, l, b, p, error)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b, p
@@ -151,7 +151,7 @@ contains
       associate (at => model%levels(l)%layout, particles => model%levels(l)%blocks(b)%particles)
          associate (law => model%materials%slots(model%materials%of_body(particles%body(p)))%law)
             if (law%fault_text() == '') return
-            ! of velocities that are numbers: else the motion is at fault, not the law
+            ! only if the velocities are finite: else the motion is the cause, not the law
             if (.not. all(abs(particles%column(p, at%velocity:at%velocity + 2)) <= huge(1.0_wp))) return
             call fail(error, exit_numerical, particle_text(model, l, b, p)//law%fault_text(), &
                       recoverable=.true.)
@@ -159,7 +159,7 @@ contains
       end associate
    end subroutine report_by_law
 
-   !> Collective: no particle has a field that is infinite or not a number.
+   !> Collective: check that no particle has a field that is infinite or NaN.
    subroutine check_fields(model, error)
       type(model_t), intent(in) :: model
       type(error_t), intent(inout) :: error
@@ -180,8 +180,7 @@ contains
       call model%communicator%agree(error)
    end subroutine check_fields
 
-   !> The first particle of a block in whose field there is something infinite or not a number, if there is
-   !> one.
+   !> Report the first particle of a block with an infinite or NaN value in a field, if any.
    subroutine name_undefined(model, l, b, field, error)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
@@ -202,8 +201,8 @@ contains
       end associate
    end subroutine name_undefined
 
-   !> Collective: who has the largest speed of its own and of sound together, and both, for a sentence. The
-   !> same on all ranks.
+   !> Collective: the particle with the largest sum of its own and wave speed, and both, as text for a
+   !> message. The same on all ranks.
    function fastest_text(model) result(text)
       type(model_t), intent(in) :: model
       character(len=:), allocatable :: text
@@ -244,7 +243,7 @@ contains
       end subroutine speeds_of
    end function fastest_text
 
-   !> Who, where, on which level and when, for a sentence.
+   !> Identity, position, level and time of a particle, as text for a message.
    function particle_text(model, l, b, p) result(text)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b, p

@@ -1,8 +1,8 @@
-!> Calls the effects of a run at their places in the step, and measures the work of what they do to the nodes.
+!> Calls the effects of a run at their places in the step, and measures the work of their forces on the nodes.
 !>
-!> An effect's push on a block is the force that it gives to the block's own share of each node (theory.md,
-!> eq. effect-work): so every part of the work belongs to one block, and sums over blocks by index have the
-!> same bits on any number of ranks.
+!> An effect's nodal force on a block is the force on the block's own share of each node (theory.md, eq.
+!> effect-work): so every part of the work belongs to one block, and sums over blocks by index have the same
+!> bits on any number of ranks.
 module m_effect_step
    use mpi_f08
    use m_kinds, only: wp
@@ -18,45 +18,47 @@ module m_effect_step
    public :: effect_step_t
 
    integer, parameter :: external = 1, dissipated = 2 !< kinds of work on nodes
-   integer, parameter, public :: kinds_booked = 3 !< what is booked of a block: these, and the work by the
+   integer, parameter, public :: kinds_booked = 3 !< accumulated values of a block: these, and the work by the
                                                   !< particles' motion
 
-   !> Particles of a block that an effect pushes, and where their centres are at the beginning of the step.
+   !> Particles of a block on which an effect's forces act, and their centres at the beginning of the step.
    type :: marked_t
       integer, allocatable :: which(:)
-      real(wp), allocatable :: from(:, :) !< (3, those), m
+      real(wp), allocatable :: from(:, :) !< (3, these particles), m
    end type marked_t
 
-   !> Which effects want to be called where (indices of the effects, rising), and their work so far.
+   !> The effects to call at each place (indices of the effects, rising), and their work so far.
    type :: effect_step_t
       integer, allocatable :: acceleration(:), add_forces(:), on_nodes(:), on_cells(:), on_gradient(:), &
                               on_stress(:)
-      logical :: adds_forces = .false. !< some effect gives forces before the sum over blocks
-      logical :: acts_on_nodes = .false.   !< some effect pushes nodes
-      logical :: erodes = .false.       !< some effect gives particles up
+      logical :: adds_forces = .false. !< some effect adds forces before the sum over blocks
+      logical :: acts_on_nodes = .false.   !< some effect has forces on nodes
+      logical :: erodes = .false.       !< some effect removes failed particles
       logical :: acts_at_rest = .false. !< some effect changes material at rest
-      real(wp) :: external_work = 0.0_wp !< done by effects up to the last fold, J
-      real(wp) :: damped = 0.0_wp        !< taken out by effects up to the last fold, J
+      real(wp) :: external_work = 0.0_wp !< done by effects up to the last reduction, J
+      real(wp) :: damped = 0.0_wp        !< dissipated by effects up to the last reduction, J
       real(wp) :: particle_work = 0.0_wp !< of forces at points, by the particles' own motion, up to the last
-                                         !< fold, J
-      real(wp) :: ahead_work = 0.0_wp !< of that, in the half step by which positions are ahead of velocities,
-                                      !< at the last fold, J
+                                         !< reduction, J
+      real(wp) :: ahead_work = 0.0_wp !< part of that in the half step by which positions are ahead of
+                                      !< velocities, at the last reduction, J
       logical :: leads = .true. !< positions are ahead of velocities by half a step
-      logical :: follows_particles = .false. !< all external work is known by the particles' motion too
+      logical :: follows_particles = .false. !< all external work is also known from the particles' motion
       integer, allocatable, private :: kind(:) !< of the work of each effect
       real(wp), allocatable, private :: nodal_force(:, :, :, :, :, :)   !< N, (3, 0:9, 0:9, 0:9, kinds,
                                                                         !< own blocks)
-      real(wp), allocatable, private :: earlier_force(:, :, :, :, :, :) !< at another time of the step
-      real(wp), allocatable, private :: mass(:, :, :, :) !< each block's own share of that of its nodes, where
-                                                         !< effects change nodes: (0:9, 0:9, 0:9, own blocks),
-                                                         !< kg
+      real(wp), allocatable, private :: earlier_force(:, :, :, :, :, :) !< at an earlier time of the step
+      real(wp), allocatable, private :: mass(:, :, :, :) !< each block's own share of the mass of its nodes,
+                                                         !< where effects change nodes: (0:9, 0:9, 0:9, own
+                                                         !< blocks), kg
       real(wp), allocatable, private :: work(:, :) !< (kinds, blocks of the level by index), J, since the last
-                                                   !< fold
+                                                   !< reduction
       real(wp), allocatable, private :: own_work(:) !< by the particles' motion: (blocks of the level by
-                                                    !< index), J, the same
-      real(wp), allocatable, private :: ahead(:) !< of that, what the positions are ahead of the velocities
-      type(marked_t), allocatable, private :: marked(:, :) !< by each effect that gives forces, in own blocks
-      logical, allocatable, private :: loaded(:) !< forces act on points of own blocks' particles in this step
+                                                    !< index), J, likewise
+      real(wp), allocatable, private :: ahead(:) !< part of that in the time by which positions are ahead of
+                                                 !< velocities
+      type(marked_t), allocatable, private :: marked(:, :) !< for each effect with forces at points, in own
+                                                           !< blocks
+      logical, allocatable, private :: loaded(:) !< forces act at points of own blocks' particles in this step
    contains
       procedure :: build
       procedure :: add_body_forces
@@ -79,11 +81,11 @@ module m_effect_step
 
 contains
 
-   !> Ask the effects what they want, and give each a row of the timers.
+   !> Collect the hooks of the effects, and give each effect a row of the timers.
    subroutine build(self, effects, places, timers)
       class(effect_step_t), intent(inout) :: self
       type(effect_slot_t), intent(inout) :: effects(:)
-      integer, intent(in) :: places !< for blocks on the level
+      integer, intent(in) :: places !< number of block places on the level
       type(timers_t), intent(inout) :: timers
       type(hooks_t) :: hooks(size(effects))
       integer :: e
@@ -108,8 +110,8 @@ contains
       if (size(self%add_forces) > 0) allocate (self%own_work(places), self%ahead(places), source=0.0_wp)
    end subroutine build
 
-   !> Body forces and other forces on the tile of what a block's particles give. Begins the push on the block
-   !> anew.
+   !> Add body forces and other forces to the tile with the contributions of a block's particles. Resets the
+   !> nodal force of the block.
    subroutine add_body_forces(self, effects, level, b, time, timers)
       class(effect_step_t), intent(inout) :: self
       type(effect_slot_t), intent(in) :: effects(:)
@@ -150,7 +152,7 @@ contains
                        .and. any(abs(self%nodal_force(:, :, :, :, external, b)) > 0.0_wp)
    end subroutine add_body_forces
 
-   !> One push field a block of this rank; what it holds is begun anew every step.
+   !> Allocate one nodal force field per block of this rank; it is reset every step.
    subroutine fit_push(self, blocks)
       class(effect_step_t), intent(inout) :: self
       integer, intent(in) :: blocks
@@ -162,8 +164,8 @@ contains
       allocate (self%loaded(blocks), source=.false.)
    end subroutine fit_push
 
-   !> Before the sums over blocks: each block's own share of the mass of its nodes, if some effect will change
-   !> them.
+   !> Before the sums over blocks: store each block's own share of the mass of its nodes, if some effect will
+   !> change them.
    subroutine keep_masses(self, level)
       class(effect_step_t), intent(inout) :: self
       type(level_t), intent(in) :: level
@@ -179,15 +181,15 @@ contains
       end do
    end subroutine keep_masses
 
-   !> Effects on the solved nodes of a block, before what is held is held.
+   !> Apply effects to the solved nodes of a block, before boundary conditions.
    subroutine change_nodes(self, effects, level, b, time, time_step, constrained, timers)
       class(effect_step_t), intent(inout) :: self
       type(effect_slot_t), intent(in) :: effects(:)
       type(level_t), intent(inout) :: level
       integer, intent(in) :: b
       real(wp), intent(in) :: time, time_step !< s
-      integer, intent(in) :: constrained(:, :) !< nodes of the tile that a coarser level moves: they are left
-                                               !< as they are
+      integer, intent(in) :: constrained(:, :) !< nodes of the tile that are moved by a coarser level: they
+                                               !< are not changed
       type(timers_t), intent(inout) :: timers
       real(wp) :: before(6, 0:tile_last, 0:tile_last, 0:tile_last)
       integer :: n, e, i, j, k, s
@@ -214,8 +216,8 @@ contains
       call timers%enter(phase_nodes)
    end subroutine change_nodes
 
-   !> Add the work of the step on a block, when its nodes have their last velocity: held, and pushed by tools.
-   !> dt times force times the mean of the velocities at the beginning and at the end.
+   !> Add the work of the step on a block, when its nodes have their final velocity, after boundary conditions
+   !> and contact: dt times force times the mean of the velocities at the beginning and at the end.
    subroutine measure(self, level, b, time_step)
       class(effect_step_t), intent(inout) :: self
       type(level_t), intent(in) :: level
@@ -240,28 +242,28 @@ contains
       end do
    end subroutine measure
 
-   !> Only a share of the push of all effects counts.
+   !> Scale the nodal force of all effects.
    subroutine scale_nodal_force(self, share)
       class(effect_step_t), intent(inout) :: self
       real(wp), intent(in) :: share
       if (allocated(self%nodal_force)) self%nodal_force = share*self%nodal_force
    end subroutine scale_nodal_force
 
-   !> Keep the push as it stands: that of the step's beginning, where both ends of a step are known.
+   !> Store the nodal force of the step's beginning, for steps that need both ends.
    subroutine keep_nodal_force(self)
       class(effect_step_t), intent(inout) :: self
       if (allocated(self%nodal_force)) self%earlier_force = self%nodal_force
    end subroutine keep_nodal_force
 
-   !> The push becomes the mean of the one that was kept and of itself, of which the work is measured.
+   !> Replace the nodal force by the mean of the stored and the present one, for the work.
    subroutine mean_nodal_force(self, share)
       class(effect_step_t), intent(inout) :: self
-      real(wp), intent(in) :: share !< of itself
+      real(wp), intent(in) :: share !< weight of the present one
       if (.not. (allocated(self%nodal_force) .and. allocated(self%earlier_force))) return
       self%nodal_force = share*self%nodal_force + (1.0_wp - share)*self%earlier_force
    end subroutine mean_nodal_force
 
-   !> True where effects push points of a block's particles in this step.
+   !> True where forces of effects act at points of a block's particles in this step.
    pure logical function is_loaded(self, b)
       class(effect_step_t), intent(in) :: self
       integer, intent(in) :: b
@@ -269,7 +271,7 @@ contains
       if (allocated(self%loaded)) is_loaded = self%loaded(b)
    end function is_loaded
 
-   !> Before the particles of a block move: which of them effects push, and where they are.
+   !> Before the particles of a block move: store the particles on which effects act, and their positions.
    subroutine mark(self, effects, level, b)
       class(effect_step_t), intent(inout) :: self
       type(effect_slot_t), intent(in) :: effects(:)
@@ -294,7 +296,7 @@ contains
       end associate
    end subroutine mark
 
-   !> Add what the forces on points of a block's particles do by the motion of these in the step.
+   !> Add the work of the forces at points of a block's particles, by the motion of these in the step.
    subroutine follow(self, effects, level, b, gradient, way_to, time, time_step)
       class(effect_step_t), intent(inout) :: self
       type(effect_slot_t), intent(in) :: effects(:)
@@ -322,8 +324,8 @@ contains
       end associate
    end subroutine follow
 
-   !> Effects on the velocity gradients of a block, before its stress. `nodes` holds the sums over cells, if
-   !> some effect asks for them.
+   !> Apply effects to the velocity gradients of a block, before its stress. `nodes` holds the sums over
+   !> cells, if an effect needs them.
    subroutine change_gradient(self, effects, level, b, time_step, timers)
       class(effect_step_t), intent(in) :: self
       type(effect_slot_t), intent(in) :: effects(:)
@@ -347,7 +349,7 @@ contains
       end associate
    end subroutine change_gradient
 
-   !> Effects on the particles of a block after its stress.
+   !> Apply effects to the particles of a block after its stress.
    subroutine change_stress(self, effects, level, b, time_step, timers)
       class(effect_step_t), intent(in) :: self
       type(effect_slot_t), intent(in) :: effects(:)
@@ -363,8 +365,8 @@ contains
       end do
    end subroutine change_stress
 
-   !> Collective: add the work of all blocks to the totals, by their index. Before blocks change rank, so that
-   !> all of a block's work comes from one rank (adding the zeros of the others changes no bit).
+   !> Collective: add the work of all blocks to the totals, by their index. To be called before blocks change
+   !> rank, so that all of a block's work comes from one rank (adding the zeros of the others changes no bit).
    subroutine reduce_accumulated(self, communicator)
       class(effect_step_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -396,8 +398,8 @@ contains
       self%ahead = 0.0_wp
    end subroutine reduce_accumulated
 
-   !> Work on a block since the last fold, J: external, dissipated; that of forces at points by the particles'
-   !> motion.
+   !> Work on a block since the last reduction, J: external, dissipated; that of forces at points by the
+   !> particles' motion.
    pure function accumulated(self, index) result(work)
       class(effect_step_t), intent(in) :: self
       integer, intent(in) :: index !< of the block
@@ -407,8 +409,8 @@ contains
       if (allocated(self%own_work)) work(kinds_booked) = self%own_work(index)
    end function accumulated
 
-   !> Of the work by the motion of a block's particles, what belongs to the half step after the time of the
-   !> velocities, J.
+   !> Part of the work by the motion of a block's particles in the half step after the time of the velocities,
+   !> J.
    pure real(wp) function work_ahead(self, index) result(work)
       class(effect_step_t), intent(in) :: self
       integer, intent(in) :: index !< of the block
@@ -416,7 +418,7 @@ contains
       if (allocated(self%ahead)) work = self%ahead(index)
    end function work_ahead
 
-   !> Set what `booked` says, as a run that goes on finds it.
+   !> Set the values that `accumulated` returns, from a checkpoint.
    pure subroutine accumulate(self, index, work)
       class(effect_step_t), intent(inout) :: self
       integer, intent(in) :: index

@@ -1,4 +1,4 @@
-!> Sums over the whole model: energies, momentum, mass, and the balance that tells how well energy was kept.
+!> Sums over the whole model: energies, momentum, mass, and the energy balance.
 module m_energy
    use mpi_f08
    use m_kinds, only: wp
@@ -13,29 +13,31 @@ module m_energy
    !> Sums over all particles of all ranks; the same bits on any number of ranks.
    type :: sums_t
       real(wp) :: mass = 0.0_wp               !< kg
-      real(wp) :: kinetic = 0.0_wp !< with the motion within particles that they carry gradients of, J
-      real(wp) :: strain = 0.0_wp             !< with what contact stores below the cells, J
+      real(wp) :: kinetic = 0.0_wp            !< including the motion within particles by their gradients, J
+      real(wp) :: strain = 0.0_wp             !< including the energy of the contact compliance below the
+                                              !< cells, J
       real(wp) :: plastic = 0.0_wp            !< plastic work since the start, J
       real(wp) :: momentum(3) = 0.0_wp        !< kg m/s
-      real(wp) :: angular_momentum(3) = 0.0_wp !< the same, kg m2/s about the origin
-      real(wp) :: dissipated = 0.0_wp         !< taken out of particles by effects since the start, J
+      real(wp) :: angular_momentum(3) = 0.0_wp !< including the motion within particles, kg m2/s about the
+                                               !< origin
+      real(wp) :: dissipated = 0.0_wp         !< by effects, taken from particles since the start, J
       real(wp) :: potential = 0.0_wp          !< in the fields of effects, J
    contains
       procedure :: energy
    end type sums_t
 
-   !> Where energy came from and went to since the start.
+   !> Sources and sinks of energy since the start.
    type :: balance_t
       type(sums_t) :: start, now
       real(wp) :: external_work = 0.0_wp      !< done by tools and effects, J
-      real(wp) :: damped = 0.0_wp !< taken out by effects, friction and the merging of particles, J
-      real(wp) :: driven = 0.0_wp !< what effects that are to take energy out have put in, on balance, J
-      real(wp) :: largest = 0.0_wp            !< largest energy or work seen, J: what the error is relative to
-      real(wp) :: worst = 0.0_wp              !< largest error seen, J
-      real(wp) :: effects_apart = 0.0_wp !< work of effects by the nodes' motion, less that by the particles',
-                                         !< J
-      real(wp) :: tools_apart = 0.0_wp        !< the same of tools, by their own motion, J
-      real(wp) :: worst_of_effects = 0.0_wp, worst_of_tools = 0.0_wp !< largest size of these seen, J
+      real(wp) :: damped = 0.0_wp !< dissipated by effects, friction and the merging of particles, J
+      real(wp) :: driven = 0.0_wp !< net energy supplied by effects that should dissipate, J
+      real(wp) :: largest = 0.0_wp            !< largest energy or work so far, J: reference of the error
+      real(wp) :: worst = 0.0_wp              !< largest error so far, J
+      real(wp) :: effects_apart = 0.0_wp !< work of effects by the nodes' motion, minus that by the
+                                         !< particles', J
+      real(wp) :: tools_apart = 0.0_wp        !< the same for tools, by their own motion, J
+      real(wp) :: worst_of_effects = 0.0_wp, worst_of_tools = 0.0_wp !< largest magnitude of these so far, J
    contains
       procedure :: begin
       procedure :: follow
@@ -48,8 +50,8 @@ module m_energy
 
 contains
 
-   !> Collective: the sums of a model as it stands. Block by block, then over blocks by their index, so that
-   !> neither the ranks nor the order of arrival matter (adding the zeros of other ranks changes no bit).
+   !> Collective: the sums of a model. Block by block, then over blocks by their index, so that neither the
+   !> number of ranks nor the order of arrival matters (adding the zeros of other ranks changes no bit).
    function measure(model) result(sums)
       type(model_t), intent(in) :: model
       type(sums_t) :: sums
@@ -65,7 +67,7 @@ contains
                if (level%owner(index) < 0) cycle
                n = n + 1
                b = level%slot(index)
-               if (b == 0 .or. b > size(level%blocks)) cycle ! another rank's
+               if (b == 0 .or. b > size(level%blocks)) cycle ! on another rank
                parts(:, n) = level%blocks(b)%sums
                if (.not. level%blocks(b)%sums_hold()) parts(:, n) = block_sums(model, l, b)
             end do
@@ -89,7 +91,7 @@ contains
       sums = sums_t(total(1), total(2), total(3), total(4), total(5:7), total(8:10), total(11), total(12))
    end function measure
 
-   !> Sums of one block, before they are asked for.
+   !> Compute the sums of one block in advance.
    subroutine take_sums(model, l, b)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -103,8 +105,8 @@ contains
       energy = self%kinetic + self%strain + self%plastic
    end function energy
 
-   !> Mass, kinetic energy, strain energy, plastic work, momentum, angular momentum of one block, what effects
-   !> took out, and the potential energy in their fields.
+   !> Mass, kinetic energy, strain energy, plastic work, momentum, angular momentum of one block, the energy
+   !> dissipated by effects, and the potential energy in their fields.
    pure function block_sums(model, l, b) result(sums)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
@@ -119,7 +121,7 @@ contains
          call inner_motion(particles%column, 1, particles%count, at, kinetic, angular)
          sums(2) = sums(2) + kinetic
          sums(8:10) = sums(8:10) + angular
-         if (at%section%is_round()) sums([5, 8, 9, 10]) = 0.0_wp ! all around they are none
+         if (at%section%is_round()) sums([5, 8, 9, 10]) = 0.0_wp ! they vanish around the full ring
          if (.not. model%has_inertia) sums([2, 5, 6, 7, 8, 9, 10]) = 0.0_wp
          first = 1
          do while (first <= particles%count)
@@ -138,7 +140,7 @@ contains
       end associate
    end function block_sums
 
-   !> All of block_sums that the particles' own velocities make; the laws' energies it leaves alone.
+   !> The parts of block_sums that depend on the particles' velocities; energies of laws are not changed.
    pure subroutine moments(count, x, v, m, sums)
       integer, intent(in) :: count
       real(wp), intent(in), contiguous :: x(:, :), v(:, :), m(:)
@@ -164,7 +166,7 @@ contains
       sums(5:10) = [px, py, pz, lx, ly, lz]
    end subroutine moments
 
-   !> Collective: the start of the balance.
+   !> Collective: initialise the balance.
    subroutine begin(self, model)
       class(balance_t), intent(inout) :: self
       type(model_t), intent(in) :: model
@@ -173,7 +175,7 @@ contains
       self%largest = self%start%energy()
    end subroutine begin
 
-   !> Collective: bring the balance up to the model as it stands.
+   !> Collective: update the balance to the model's present state.
    subroutine follow(self, model)
       class(balance_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
@@ -185,8 +187,8 @@ contains
       call self%take(model, accumulated)
    end subroutine follow
 
-   !> Collective: the balance as follow would make it, but nothing of the model is changed, also not what is
-   !> booked. The sums' last bits depend on the ranks.
+   !> Collective: the balance that `follow` would give, without any change of the model or of accumulated
+   !> values. The last bits of the sums depend on the number of ranks.
    type(balance_t) function glance(self, model) result(seen)
       class(balance_t), intent(in) :: self
       type(model_t), intent(in) :: model
@@ -208,11 +210,13 @@ contains
       call seen%take(model, accumulated)
    end function glance
 
-   !> The balance from the sums of now, and what is booked: in all up to the last fold, and since then.
+   !> The balance from the present sums, and the accumulated values: totals up to the last reduction, and
+   !> those since then.
    pure subroutine take(self, model, accumulated)
       class(balance_t), intent(inout) :: self
       type(model_t), intent(in) :: model
-      real(wp), intent(in) :: accumulated(:) !< J: effect_step%accumulated less what is ahead; lost in merging
+      real(wp), intent(in) :: accumulated(:) !< J: effect_step%accumulated minus the part ahead of velocities;
+                                             !< lost in merging
       real(wp) :: by_effects, taken
       by_effects = sum(model%effect_step%external_work) + accumulated(1)
       taken = sum(model%effect_step%damped) - accumulated(2)
@@ -240,19 +244,20 @@ contains
       self%worst_of_tools = max(self%worst_of_tools, abs(self%tools_apart))
    end subroutine take
 
-   !> External work as the motion of the particles has it, J; of effects that do not say it, as booked.
+   !> External work by the motion of the particles, J; for effects that do not provide it, the accumulated
+   !> work.
    pure real(wp) function particle_work(self) result(work)
       class(balance_t), intent(in) :: self
       work = self%external_work - self%effects_apart - self%tools_apart
    end function particle_work
 
-   !> Energy that is there and should not be (above 0) or is missing, J.
+   !> Spurious energy (above 0) or missing energy, J.
    pure real(wp) function excess(self)
       class(balance_t), intent(in) :: self
       excess = self%now%energy() - self%start%energy() - self%external_work + self%damped + self%driven
    end function excess
 
-   !> The same relative to the largest energy or work seen.
+   !> The same relative to the largest energy or work so far.
    pure real(wp) function error(self)
       class(balance_t), intent(in) :: self
       error = 0.0_wp

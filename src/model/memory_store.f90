@@ -1,4 +1,4 @@
-!> A state in memory: numbers are kept one after the other and come back in the same order.
+!> A state in memory: numbers are stored one after the other and read in the same order.
 module m_memory_store
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
@@ -19,7 +19,7 @@ module m_memory_store
 
 contains
 
-   !> Begin to write anew, or to read from the first number on.
+   !> Start writing, or reading, from the first number.
    subroutine open_memory(self, writes)
       class(memory_store_t), intent(inout) :: self
       logical, intent(in) :: writes

@@ -1,5 +1,4 @@
-!> The discretised scene: level, materials, tools, and what the ranks exchange. Everything that a step
-!> changes.
+!> The discretised scene: levels, materials, tools, and communication. Contains all that a step changes.
 module m_model
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -38,7 +37,7 @@ module m_model
       type(time_spec_t) :: method
       type(level_t), allocatable :: levels(:)           !< the coarsest first
       type(materials_t) :: materials
-      type(stuff_t), allocatable :: stuff(:)            !< what splitting asks of the bodies' materials
+      type(stuff_t), allocatable :: stuff(:)            !< material data of bodies for splitting
       type(effect_slot_t), allocatable :: effects(:)
       type(effect_step_t), allocatable :: effect_step(:) !< one a level
       type(contact_t) :: contact
@@ -47,35 +46,38 @@ module m_model
       type(migration_t), allocatable :: migration(:)    !< one a level
       type(composite_t), allocatable :: composite(:) !< with the level above; first and one more: empty
       type(timers_t) :: timers
-      integer :: levels_row = 0                       !< of the timers, where there are several levels
+      integer :: levels_row = 0                       !< row of the timers, for several levels
       type(bounds_t) :: bounds
-      real(wp) :: null_space_share = 1.0_wp !< what the step leaves of the velocity that nodes do not see
-      type(level_spec_t), allocatable :: level_specs(:) !< what the scene says of the parts of levels 2 and on
-      type(region_t), allocatable :: first_parts(:)     !< the regions of these, at the start
-      real(wp), allocatable :: first_centres(:, :)      !< (3, fields): of mass, at the start, m; where a
-                                                        !< level follows a contact group
-      integer(i8) :: moves = 0                        !< times that boxes of levels have moved
-      integer(i8) :: placings = 0, bound_placings = 0 !< by the error, since the start or the last checkpoint,
-                                                      !< and those at which a budget kept out cells
+      real(wp) :: null_space_share = 1.0_wp !< share of the null-space velocity that remains after a step
+      type(level_spec_t), allocatable :: level_specs(:) !< the parts of levels 2 and on, as given in the scene
+      type(region_t), allocatable :: first_parts(:)     !< their regions at the start
+      real(wp), allocatable :: first_centres(:, :)      !< (3, fields): centres of mass at the start, m; where
+                                                        !< a level follows a contact group
+      integer(i8) :: moves = 0                        !< number of moves of the levels' boxes
+      integer(i8) :: placings = 0, bound_placings = 0 !< updates by the error, since the start or the last
+                                                      !< checkpoint, and those in which a budget was exceeded
       real(wp) :: time = 0.0_wp                       !< s
       real(wp) :: last_step = 0.0_wp                  !< of the coarsest level, s
       integer(i8) :: step = 0
-      integer :: requested_action = 0 !< what this rank asks of the run; after a step the largest of all ranks
-      logical :: has_inertia = .true. !< else velocities are displacements over steps, and bear no energy
-      logical :: has_statics = .false. !< at some times there is no inertia
-      real(wp) :: static_step = 0.0_wp !< of quasi-static steps, the next one, s; 0: not known yet
+      integer :: requested_action = 0 !< this rank's request to the run; after a step the largest of all ranks
+      logical :: has_inertia = .true. !< if false, velocities are displacements over steps, without kinetic
+                                      !< energy
+      logical :: has_statics = .false. !< some steps have no inertia
+      real(wp) :: static_step = 0.0_wp !< length of the next quasi-static step, s; 0: not known yet
       type(static_losses_t) :: static_losses
-      logical :: wants_sums = .false. !< histories will ask for sums over all particles after the step
+      logical :: wants_sums = .false. !< histories need sums over all particles after the step
       integer(i8) :: particle_steps = 0               !< particle updates on this rank so far
-      integer(i8) :: merges = 0                       !< particles that this rank has made of eight others
-      real(wp), allocatable :: lost_in_merging(:) !< energy, by block of all levels, since the last fold, J
-      real(wp) :: lost = 0.0_wp                       !< energy lost in merging up to the last fold, J
-      integer(i8), allocatable :: level_steps(:)      !< of these, those on each level
-      integer(i8) :: splits = 0                       !< particles that this rank has made by splitting others
-      integer(i8) :: particle_steps_at_rest = 0       !< of these, how many had nothing to do
-      logical :: works_ahead = .true. !< to nodes of the next step while blocks are in the cache: the same
-                                      !< bits, less time
-      logical :: skip_at_rest = .true. !< leave out blocks that are at rest: the same bits, less time
+      integer(i8) :: merges = 0                       !< particles that this rank has merged from eight others
+      real(wp), allocatable :: lost_in_merging(:) !< energy, by block of all levels, since the last reduction,
+                                                  !< J
+      real(wp) :: lost = 0.0_wp                       !< energy lost in merging up to the last reduction, J
+      integer(i8), allocatable :: level_steps(:)      !< particle steps by level
+      integer(i8) :: splits = 0                       !< particles that this rank has created by splitting
+                                                      !< others
+      integer(i8) :: particle_steps_at_rest = 0       !< particle steps of particles at rest
+      logical :: works_ahead = .true. !< P2G of the next step while blocks are in the cache: the same bits in
+                                      !< less time
+      logical :: skip_at_rest = .true. !< skip blocks that are at rest: the same bits in less time
    contains
       procedure :: build
       procedure :: connect
@@ -97,9 +99,8 @@ module m_model
    end type model_t
 
    interface
-      !> Collective: make the model of a checked scene. Effects that the caller has set are kept, and those of
-      !> the scene then left out. `empty`: without blocks and particles (restore.f90 gives it those of a
-      !> checkpoint).
+      !> Collective: build the model of a checked scene. Effects set by the caller are kept, and those of the
+      !> scene then ignored. `empty`: without blocks and particles (restore.f90 reads those of a checkpoint).
       module subroutine build(self, communicator, scene, error, empty)
          class(model_t), intent(inout) :: self
          type(communicator_t), intent(in) :: communicator
@@ -112,53 +113,53 @@ module m_model
          class(model_t), intent(inout) :: self
          type(scene_t), intent(in) :: scene
       end subroutine make_levels
-      !> The regions of all levels keep their distance from the edges of those that they refine. (Of single
-      !> boxes the reader has said so.)
+      !> Check that the regions of all levels keep their distance from the edges of those that they refine.
+      !> (For single boxes the reader has checked it.)
       module subroutine check_nests(self, scene, error)
          class(model_t), intent(in) :: self
          type(scene_t), intent(in) :: scene
          type(error_t), intent(inout) :: error
       end subroutine check_nests
-      !> What levels that the error places may hold: what `max_memory` allows becomes cells. Those that begin
-      !> where something is touched are within that.
+      !> Set the budgets of levels placed by the error: `max_memory` is converted to cells. Levels that start
+      !> around the contact zone must be within their budgets.
       module subroutine set_budgets(self, scene, error)
          class(model_t), intent(inout) :: self
          type(scene_t), intent(in) :: scene
          type(error_t), intent(inout) :: error
       end subroutine set_budgets
-      !> Collective: the blocks that the bodies need, each on its rank, and the particles in them; none where
-      !> it is to be `empty`. A box of atoms is there in any case.
+      !> Collective: create the blocks that the bodies need, each on its rank, and the particles in them; none
+      !> if `empty`. A box of atoms is built in any case.
       module subroutine populate(self, scene, error, empty)
          class(model_t), intent(inout) :: self
          type(scene_t), intent(in) :: scene
          type(error_t), intent(inout) :: error
          logical, intent(in), optional :: empty
       end subroutine populate
-      !> Collective: make the blocks that emigrants of the only level have entered and that do not exist yet.
+      !> Collective: create the missing blocks that emigrants of the only level have entered.
       module subroutine create_blocks(self)
          class(model_t), intent(inout) :: self
       end subroutine create_blocks
-      !> Collective: with several levels, make the blocks that particles may enter before the end of the next
-      !> step, on their own level, in the finer one's region or out of their own, and the parents of those
-      !> with constrained nodes. Blocks are only made here: within a step of the coarsest level all stay where
-      !> they are.
+      !> Collective: with several levels, create the blocks that particles may enter before the end of the
+      !> next step, on their own level, in the finer one's region or out of their own, and the parents of
+      !> blocks with constrained nodes. No blocks are removed here: within a step of the coarsest level all
+      !> stay.
       module subroutine prepare_blocks(self, edges_moved)
          class(model_t), intent(inout) :: self
-         logical, intent(in), optional :: edges_moved !< other blocks hold constrained nodes than before: all
-                                                      !< parents are looked for anew
+         logical, intent(in), optional :: edges_moved !< the blocks with constrained nodes have changed: all
+                                                      !< parents are searched again
       end subroutine prepare_blocks
-      !> The blocks that particles of a level within a box are in or, with several levels, may enter before
-      !> the end of the next step.
+      !> Mark the blocks that contain particles of a level within a box or, with several levels, that these
+      !> may enter before the end of the next step.
       module subroutine mark_around(self, l, field, lowest, highest, wanted)
          class(model_t), intent(in) :: self
          integer, intent(in) :: l, field
          real(wp), intent(in) :: lowest(3), highest(3) !< m
          logical, intent(inout) :: wanted(:) !< by number
       end subroutine mark_around
-      !> Collective: place the blocks anew by what they hold now, where that pays in so many steps of the
-      !> coarsest level; where `steps` are not given, as if no block had an owner. A level alone loses its
-      !> empty blocks by that; of several levels all stay: which blocks are there decides in which order
-      !> constrained nodes are restricted, and must not depend on the ranks.
+      !> Collective: redistribute the blocks by their present contents, if that pays within `steps` steps of
+      !> the coarsest level; without `steps`, as if no block had an owner. A single level loses its empty
+      !> blocks; with several levels all stay: the set of blocks determines the order in which constrained
+      !> nodes are restricted, and must not depend on the number of ranks.
       module subroutine rebalance(self, error, steps)
          class(model_t), intent(inout) :: self
          type(error_t), intent(inout) :: error
@@ -168,8 +169,8 @@ module m_model
 
 contains
 
-   !> True when particles' velocities come nearer to the grid's: there are no labels at edges of levels then
-   !> (theory.md, eq. half-steps-pic).
+   !> True when particles' velocities are mixed with the grid's (PIC): edges of levels have no time labels
+   !> then (theory.md, eq. half-steps-pic).
    pure logical function mixes(self)
       class(model_t), intent(in) :: self
       integer :: e
@@ -179,8 +180,8 @@ contains
       end do
    end function mixes
 
-   !> What a step leaves of the velocity that nodes do not see (theory.md, eq. unseen): as much on all levels,
-   !> since what they give to each other needs one share.
+   !> Share of the null-space velocity that remains after a step (theory.md, eq. unseen): the same on all
+   !> levels, as their exchange requires one share.
    pure real(wp) function share_of_unseen(self, time_step) result(share)
       class(model_t), intent(in) :: self
       real(wp), intent(in) :: time_step !< of the coarsest level, s
@@ -194,11 +195,12 @@ contains
       end do
    end function share_of_unseen
 
-   !> Where blocks (values of at least 0) hold constrained nodes their parents are needed too: those that are
-   !> missing get 0, no particles or rank 0.
+   !> Blocks with constrained nodes (values of at least 0) need their parents too: missing ones get 0, no
+   !> particles or rank 0.
    subroutine add_parents(levels, values)
       type(level_t), intent(in) :: levels(:)
-      integer, intent(inout) :: values(:) !< one a block of each level, as from count_particles or all_owners
+      integer, intent(inout) :: values(:) !< one per block of each level, as from count_particles or
+                                          !< all_owners
       integer :: field, index, l, parent, place(3)
       do l = size(levels), 2, -1
          do index = 1, levels(l)%grid%block_count()
@@ -212,7 +214,7 @@ contains
       end do
    end subroutine add_parents
 
-   !> Collective: fit blocks, ghosts, pools and messages to the owners.
+   !> Collective: adapt blocks, ghosts, pools and messages to the owners.
    subroutine connect(self)
       class(model_t), intent(inout) :: self
       integer :: l
@@ -227,21 +229,21 @@ contains
       end do
    end subroutine connect
 
-   !> When regions have been set: the layers around them, where means over cells are taken.
+   !> After regions have been set: set the layers around them, where means over cells are taken.
    subroutine place_layers(self)
       class(model_t), intent(inout) :: self
       call set_layers(self%levels, size(self%effect_step(1)%on_cells) > 0)
    end subroutine place_layers
 
-   !> Steps that each level takes in one of the coarsest.
+   !> Number of steps of each level in one of the coarsest.
    pure function steps_of_levels(self) result(steps)
       class(model_t), intent(in) :: self
       integer :: steps(size(self%levels)), l
       steps = [(2**merge(l - 1, 0, self%method%subcycle), l=1, size(self%levels))]
    end function steps_of_levels
 
-   !> Collective: add what has been booked in blocks to the totals, by their numbers. Before blocks change
-   !> rank.
+   !> Collective: add the accumulated values of blocks to the totals, by their numbers. To be called before
+   !> blocks change rank.
    subroutine reduce_accumulated(self)
       class(model_t), intent(inout) :: self
       integer :: b, l
@@ -257,7 +259,7 @@ contains
       self%lost_in_merging = 0.0_wp
    end subroutine reduce_accumulated
 
-   !> True when some level follows a contact group.
+   !> True when a level follows a contact group.
    pure logical function follows_groups(self)
       class(model_t), intent(in) :: self
       follows_groups = .false.
@@ -265,8 +267,8 @@ contains
          follows_groups = any(self%level_specs%follow > size(self%contact%tools))
    end function follows_groups
 
-   !> Collective: centres of mass of the contact groups, m: (3, fields). Sums go block by block, by the
-   !> blocks' numbers: the same bits on any number of ranks.
+   !> Collective: centres of mass of the contact groups, m: (3, fields). Summed block by block, by the blocks'
+   !> numbers: the same bits on any number of ranks.
    function centres_of_mass(self) result(centres)
       class(model_t), intent(in) :: self
       real(wp) :: centres(3, self%levels(1)%grid%fields)
@@ -310,14 +312,14 @@ contains
       end do
    end function particle_count
 
-   !> The cell size (m) that bounds the time step of the coarsest level: its own, where the finer levels take
-   !> as many more steps as their cells are smaller; else that of the finest.
+   !> The cell size (m) that limits the time step of the coarsest level: its own with subcycling; else that of
+   !> the finest.
    pure real(wp) function stepped_cell(self)
       class(model_t), intent(in) :: self
       stepped_cell = self%levels(merge(1, size(self%levels), self%method%subcycle))%grid%cell
    end function stepped_cell
 
-   !> Speed (m/s) of the fastest wave of the grid: that of the material, faster by what effects make of it.
+   !> Speed (m/s) of the fastest wave of the grid: that of the material, times the factors of effects.
    pure real(wp) function wave_speed(self)
       class(model_t), intent(in) :: self
       integer :: e
@@ -328,7 +330,7 @@ contains
       end do
    end function wave_speed
 
-   !> Free what MPI and PETSc hold.
+   !> Free MPI and PETSc objects.
    subroutine release(self)
       class(model_t), intent(inout) :: self
       integer :: l

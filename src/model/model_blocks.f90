@@ -1,4 +1,4 @@
-!> Which blocks there are and which rank owns them: new ones, and placing them anew.
+!> Existence and ownership of blocks: creation of new ones, and redistribution.
 submodule (m_model) m_model_blocks
    use m_membership, only: may_live_on, clip_to_home
    use m_timers, only: phase_balance
@@ -6,7 +6,8 @@ submodule (m_model) m_model_blocks
    use m_decomposition, only: set_owners, all_owners
    implicit none
 
-   real(wp), parameter :: largest_move = 0.45_wp !< cells of the coarsest level in a step: above safety
+   real(wp), parameter :: largest_move = 0.45_wp !< cells of the coarsest level per step: above the largest
+                                                 !< safety factor
 
 contains
 
@@ -88,11 +89,11 @@ contains
       end subroutine mark_box
    end procedure mark_around
 
-   !> Collective: make the blocks that some rank wants and that do not exist yet. A new block belongs to the
-   !> lowest rank that wants it.
+   !> Collective: create the missing blocks that some rank wants. A new block belongs to the lowest rank that
+   !> wants it.
    subroutine make_wanted(self, wanted, edges_moved)
       class(model_t), intent(inout) :: self
-      logical, intent(in) :: wanted(:) !< one a block of each level
+      logical, intent(in) :: wanted(:) !< one per block of each level
       logical, intent(in), optional :: edges_moved
       integer, allocatable :: asked(:), owner(:)
       integer :: missing
@@ -122,7 +123,8 @@ contains
       call self%timers%leave()
    end procedure rebalance
 
-   !> Collective: the work of all blocks: their particles, those of them that a tool pressed, and their order.
+   !> Collective: the work of all blocks: their particles, the particles pressed by tools, and the particles'
+   !> order.
    type(work_t) function count_work(self) result(work)
       class(model_t), intent(in) :: self
       integer, allocatable :: counts(:), points(:), order(:)
@@ -147,7 +149,7 @@ contains
       work = work_of(self%levels, counts, self%steps_of_levels(), points, order)
    end function count_work
 
-   !> Collective: blocks go to other owners.
+   !> Collective: move blocks to other owners.
    subroutine place_anew(self, owner)
       class(model_t), intent(inout) :: self
       integer, intent(in) :: owner(:) !< as from choose_owners

@@ -1,4 +1,4 @@
-!> The model of a scene: materials, effects, contact, and the fields that particles have.
+!> Building the model of a scene: materials, effects, contact, and the fields of particles.
 submodule (m_model) m_model_building
    use m_body, only: number_ids
    use m_domain_kinds, only: domain_kinds
@@ -53,12 +53,13 @@ contains
       call populate(self, scene, error, empty)
    end procedure build
 
-   !> The fields that every scene has, and those that materials, effects and choices of the method ask for.
+   !> Declare the fields that every scene has, and those of materials, effects and the numerical method.
    subroutine declare_fields(self, scene, error)
       class(model_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
       type(error_t), intent(inout) :: error
-      integer, parameter :: of_domains = 6 !< splits for which an id has room, besides those for finer levels
+      integer, parameter :: of_domains = 6 !< splits that an id has room for, in addition to those for finer
+                                           !< levels
       type(layout_t) :: layout
       integer :: l, m, splits
       associate (table => self%levels(1)%table, domain => domain_kinds(self%method%domain))

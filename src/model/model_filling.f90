@@ -1,4 +1,4 @@
-!> The blocks that the bodies of a scene need, and the particles in them.
+!> Creation of the blocks that the bodies of a scene need, and of the particles in them.
 submodule (m_model) m_model_filling
    use m_number_text, only: reals_text
    use m_text, only: si, to_text
@@ -35,7 +35,7 @@ contains
       if (error%happened()) return
       call count_particles(self, scene, counts, error)
       if (error%happened()) return
-      finest = blocks_before(self%levels, size(self%levels)) + 1 ! the blocks of the others have two tiles
+      finest = blocks_before(self%levels, size(self%levels)) + 1 ! blocks of the other levels have two tiles
       call require_memory(self, scene%place('cell_size'), sum(real(max(counts, 0), wp)), &
                           real(count(counts >= 0) + count(counts(:finest - 1) >= 0), wp), error)
       if (error%happened()) return
@@ -54,7 +54,7 @@ contains
       if (error%happened()) return
       if (self%follows_groups()) self%first_centres = self%centres_of_mass()
       call self%prepare_blocks()
-      if (size(self%levels) > 1) call self%rebalance(error) ! now that all blocks are there
+      if (size(self%levels) > 1) call self%rebalance(error) ! now that all blocks exist
       do e = 1, size(self%effects)
          call self%effects(e)%effect%verify(self%communicator, self%levels, size(scene%tools), error)
       end do
@@ -62,7 +62,7 @@ contains
       if (.not. error%happened()) call build_atoms(self%atoms, self%effects, scene, self%communicator, error)
    end procedure populate
 
-   !> A body can bear the stress that it begins with: its law leaves that as it is where nothing moves.
+   !> A body's initial stress must be admissible: its law must not change it without motion.
    subroutine check_stresses(self, scene, error)
       class(model_t), intent(in) :: self
       type(scene_t), intent(in) :: scene
@@ -94,7 +94,7 @@ contains
       end do
    end subroutine check_stresses
 
-   !> The particles of one level.
+   !> Create the particles of one level.
    subroutine fill(self, scene, l)
       class(model_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
@@ -135,7 +135,7 @@ contains
       end do
    end subroutine fill
 
-   !> Bins of the particles of a block that has just been filled, and the bounds of their places.
+   !> Set bins and bounds of the particles of a block that has just been filled.
    subroutine set_bins(level, block)
       type(level_t), intent(in) :: level
       type(block_t), intent(inout) :: block
@@ -150,11 +150,11 @@ contains
       call block%particles%changed()
    end subroutine set_bins
 
-   !> Collective: refuse what does not fit into the memory of the machines.
+   !> Collective: an error if the model does not fit into the memory of the machines.
    subroutine require_memory(self, place, particles, tiles, error)
       class(model_t), intent(in) :: self
-      character(len=*), intent(in) :: place    !< how the sentence begins
-      real(wp), intent(in) :: particles, tiles !< how many
+      character(len=*), intent(in) :: place    !< beginning of the message
+      real(wp), intent(in) :: particles, tiles !< numbers of them
       type(error_t), intent(inout) :: error
       real(wp) :: needed, free
       free = free_memory(self%communicator)
@@ -165,13 +165,12 @@ contains
                    ' are free; use larger cells, fewer particles_per_cell or more machines')
    end subroutine require_memory
 
-   !> Collective: a fault where tables that have a row for each place of a block, there or not, would not fit
-   !> into the memory that is free.
+   !> Collective: an error if tables with a row for each possible block would not fit into the free memory.
    subroutine require_tables(self, place, error)
       class(model_t), intent(in) :: self
-      character(len=*), intent(in) :: place    !< how the sentence begins
+      character(len=*), intent(in) :: place    !< beginning of the message
       type(error_t), intent(inout) :: error
-      real(wp), parameter :: bytes_a_place = 48.0_wp !< of all tables that are there at one time: measured
+      real(wp), parameter :: bytes_a_place = 48.0_wp !< of all tables that exist at one time: measured
       real(wp) :: free, needed, places
       integer :: l
       places = 0.0_wp
@@ -188,13 +187,13 @@ contains
                    ' are free: take fewer levels, larger cells or a smaller grid')
    end subroutine require_tables
 
-   !> Collective: particles of each block of each level by index, -1 where there are none; each rank counts a
-   !> share of the blocks.
+   !> Collective: number of particles of each block of each level by index, -1 where there are none; each rank
+   !> counts a share of the blocks.
    subroutine count_particles(self, scene, counts, error)
       class(model_t), intent(in) :: self
       type(scene_t), intent(in) :: scene
       integer, allocatable, intent(out) :: counts(:)
-      type(error_t), intent(inout) :: error !< a body that holds none
+      type(error_t), intent(inout) :: error !< set for a body without particles
       integer(i8) :: of_body(size(scene%bodies))
       integer :: before, body, found, index, l
       of_body = 0

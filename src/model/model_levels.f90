@@ -15,7 +15,8 @@ submodule (m_model) m_model_levels
    use m_region_parts, only: unite, make_ball, first_too_near, smallest_gap
    implicit none
 
-   real(wp), parameter :: first_radius = 4.0_wp !< cells: of the ball in which a level of the error begins
+   real(wp), parameter :: first_radius = 4.0_wp !< cells: radius of the initial ball of a level placed by the
+                                                !< error
 
 contains
 
@@ -61,8 +62,8 @@ contains
       end do
    end procedure make_levels
 
-   !> A level that the error places begins where something is touched, in the box that is given or else, where
-   !> nothing is touched yet, around the tips of tools; and has what the next finer level needs around it.
+   !> A level placed by the error starts in the contact zone, in the given box or else, without contact yet,
+   !> around the tips of tools; and includes the cells needed around the next finer level.
    subroutine add_touched(self, scene, l, part)
       type(model_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
@@ -72,7 +73,7 @@ contains
       logical :: keep
       associate (n => self%levels(l - 1)%grid%cells, region => self%first_parts(part))
          allocate (cells(0:n(1) - 1, 0:n(2) - 1, 0:n(3) - 1))
-         cells(:, :, :) = touched_at_start(scene, self%levels(l - 1)%grid) ! the bounds stay
+         cells(:, :, :) = touched_at_start(scene, self%levels(l - 1)%grid) ! keeps the bounds of the array
          keep = scene%levels(part)%has_box .or. .not. any(cells)
          if (keep) then
             do k = 1, n(3)
@@ -139,7 +140,7 @@ contains
       call check_budgets(self, scene, error)
    end procedure set_budgets
 
-   !> The mean of the middles of the bodies, m.
+   !> The mean of the centres of the bodies, m.
    pure function between_bodies(scene) result(place)
       type(scene_t), intent(in) :: scene
       real(wp) :: place(3), lower(3), upper(3)
@@ -152,7 +153,7 @@ contains
       place = min(max(place, scene%grid%lower), scene%grid%upper)
    end function between_bodies
 
-   !> Levels that begin where something is touched are within their budgets.
+   !> Levels that start in the contact zone must be within their budgets.
    subroutine check_budgets(self, scene, error)
       type(model_t), intent(in) :: self
       type(scene_t), intent(in) :: scene

@@ -1,5 +1,5 @@
-!> The state of a model besides its particles as tables, and a model from such tables: which blocks there are,
-!> and what has been booked in them.
+!> The state of a model without its particles as tables, and the reconstruction of a model from such tables:
+!> its blocks, and their accumulated values.
 module m_restore
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -16,14 +16,14 @@ module m_restore
 
    integer, parameter, public :: table_width = 5, bounds_width = block_reals
 
-   !> All blocks of all levels that exist, a row each: rank by rank, and there by level and index, as
-   !> particles stand in a file.
+   !> All existing blocks of all levels, a row each: ordered by rank, level and index, as the particles in a
+   !> file.
    type, public :: block_table_t
       integer(i8), allocatable :: table(:, :) !< level, index, particles, rank, rows of particles before:
                                               !< (table_width, blocks)
-      real(wp), allocatable :: bounds(:, :)   !< as block_state has it: (bounds_width, blocks)
+      real(wp), allocatable :: bounds(:, :)   !< as returned by block_state: (bounds_width, blocks)
       integer :: first = 0                    !< row of this rank's first block
-      integer :: own = 0                      !< this rank's rows
+      integer :: own = 0                      !< number of this rank's rows
       integer(i8) :: particles = 0            !< of all ranks
    end type block_table_t
 
@@ -75,13 +75,13 @@ contains
       end do
    end subroutine take_blocks
 
-   !> Collective: give an empty model its regions and blocks, those with the room for their particles that are
-   !> to be read. On as many ranks as were there before, blocks go to the rank that had them; else they are
-   !> placed anew. All ranks have the whole table.
+   !> Collective: create the regions and blocks of an empty model, with room for their particles. On the same
+   !> number of ranks as before, blocks go to the rank that owned them; else they are redistributed. All ranks
+   !> have the whole table.
    subroutine restore_blocks(model, regions, ranks, blocks, error)
       type(model_t), intent(inout) :: model
       integer(i8), intent(in) :: regions(:) !< of levels 2 and on, packed, one after the other
-      integer(i8), intent(in) :: ranks      !< that the table is of
+      integer(i8), intent(in) :: ranks      !< number of ranks of the table
       type(block_table_t), intent(inout) :: blocks
       type(error_t), intent(inout) :: error
       integer, allocatable :: counts(:), owner(:)
@@ -120,7 +120,7 @@ contains
       end do
    end subroutine restore_blocks
 
-   !> Number here of the block of a level with an index; 0 where it is another rank's.
+   !> Local number of the block of a level with an index; 0 if it is on another rank.
    pure integer function own_block(model, l, index) result(b)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, index
@@ -128,7 +128,7 @@ contains
       if (model%levels(l)%owner(index) == model%communicator%rank) b = model%levels(l)%slot(index)
    end function own_block
 
-   !> Rows of the table are blocks of this grid, each once, and their particles follow one another.
+   !> Check that rows of the table are unique blocks of this grid, and that their particles are consecutive.
    subroutine check_table(model, ranks, blocks, error)
       type(model_t), intent(in) :: model
       integer(i8), intent(in) :: ranks
@@ -168,7 +168,7 @@ contains
       if (.not. good) call fail(error, exit_files, 'its levels do not match its scene')
    end subroutine restore_regions
 
-   !> Collective: what has been read of the particles can be computed with: bins, bodies, places.
+   !> Collective: check that the particles read are valid: bins, bodies, positions.
    subroutine check_particles(model, error)
       type(model_t), intent(inout) :: model
       type(error_t), intent(inout) :: error

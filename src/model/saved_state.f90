@@ -1,5 +1,5 @@
-!> A copy in memory of the state of a run (state.f90), to which a model that has met a fault goes back. The
-!> particles stay with the rank that had them.
+!> A copy in memory of the state of a run (state.f90), for roll-back after an error. Particles stay on their
+!> rank.
 module m_saved_state
    use m_kinds, only: wp, i4, i8
    use m_decomposition, only: set_owners, all_owners
@@ -14,15 +14,15 @@ module m_saved_state
    public :: saved_state_t
 
    type :: saved_state_t
-      logical :: holds = .false.                    !< there is a copy
+      logical :: holds = .false.                    !< a copy exists
       real(wp) :: time = 0.0_wp                     !< s
       integer(i8) :: step = 0
       type(memory_store_t), private :: store
       integer(i8), allocatable, private :: regions(:) !< of the levels, packed
       integer, allocatable, private :: owner(:)     !< of the blocks of all levels
       integer, allocatable, private :: count(:)     !< particles of this rank's blocks, level by level
-      real(wp), allocatable, private :: block(:, :) !< what these keep: (block_reals, blocks)
-      real(wp), allocatable, private :: column(:)   !< block by block, and there column by column
+      real(wp), allocatable, private :: block(:, :) !< data of these blocks: (block_reals, blocks)
+      real(wp), allocatable, private :: column(:)   !< block by block, within a block column by column
       integer(i8), allocatable, private :: id(:)
       integer(i4), allocatable, private :: body(:), bin(:)
    contains
@@ -33,12 +33,12 @@ module m_saved_state
 
 contains
 
-   !> Collective: copy a model and its balance as they stand after a step.
+   !> Collective: copy a model and its balance after a step.
    subroutine take(self, model, balance)
       class(saved_state_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
       type(balance_t), intent(inout) :: balance
-      type(error_t) :: none ! memory has no faults
+      type(error_t) :: none ! memory has no errors
       self%holds = .true.
       self%time = model%time
       self%step = model%step
@@ -49,7 +49,7 @@ contains
       call take_particles(self, model)
    end subroutine take
 
-   !> The particles of this rank. Room is kept from copy to copy.
+   !> Copy the particles of this rank. Arrays are kept from copy to copy.
    subroutine take_particles(self, model)
       type(saved_state_t), intent(inout) :: self
       type(model_t), intent(in) :: model
@@ -83,7 +83,7 @@ contains
       end do
    end subroutine take_particles
 
-   !> Arrays for so many blocks and particles; those of particles grow with a sixteenth to spare.
+   !> Allocate arrays for a number of blocks and particles; those of particles grow with a sixteenth to spare.
    subroutine make_room(self, blocks, particles, columns)
       type(saved_state_t), intent(inout) :: self
       integer, intent(in) :: blocks, columns
@@ -101,8 +101,7 @@ contains
       allocate (self%column(columns*room), self%id(room), self%body(room), self%bin(room))
    end subroutine make_room
 
-   !> Collective: everything as it was, in whatever state the model is; what was counted and timed since stays
-   !> counted.
+   !> Collective: restore everything, whatever the state of the model; counters and timers are not reset.
    subroutine give_back(self, model, balance)
       class(saved_state_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
@@ -116,7 +115,7 @@ contains
             model%levels(l)%blocks(b)%particles%count = 0
             model%levels(l)%blocks(b)%emigrant_count = 0
          end do
-         do place = 1, model%levels(l)%grid%block_count() ! those of blocks here get theirs with the particles
+         do place = 1, model%levels(l)%grid%block_count() ! those of local blocks are set with the particles
             call model%effect_step(l)%accumulate(place, spread(0.0_wp, 1, kinds_booked))
          end do
       end do

@@ -1,4 +1,4 @@
-!> The largest speeds of a model, which bound its time step.
+!> The largest speeds of a model, which limit its time step.
 module m_speed_bounds
    use mpi_f08
    use m_kinds, only: wp
@@ -13,7 +13,7 @@ module m_speed_bounds
 
 contains
 
-   !> Collective: the largest speeds of the model as it stands.
+   !> Collective: compute the largest speeds of the present model.
    subroutine bound_speeds(model)
       type(model_t), intent(inout) :: model
       real(wp) :: bounds(2)
@@ -31,7 +31,7 @@ contains
       model%bounds%particle_speed = bounds(2)
    end subroutine bound_speeds
 
-   !> Wave speed of a block; raise the bounds to it and to the speed of its fastest particle.
+   !> Update the wave speed of a block; raise the bounds to it and to the speed of its fastest particle.
    subroutine include_speeds(bounds, materials, at, block)
       type(bounds_t), intent(inout) :: bounds
       type(materials_t), intent(in) :: materials

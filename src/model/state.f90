@@ -1,8 +1,8 @@
-!> The state of a run, described once. Checkpoints and the guard's copy keep what is named here, and nothing
-!> else but the particles' columns: what a step reads and cannot compute anew is added to its type and here
-!> (doc/developer/files.md has the tables), and `state_format` rises.
+!> The state of a run, described once. Checkpoints and the guard's copy contain exactly what is named here,
+!> and the particles' columns. Data that a step reads and cannot recompute must be added to their type and
+!> here (doc/developer/files.md has the tables), and `state_format` raised.
 !>
-!> Not of the state: what a run has counted and timed, which a roll-back does not take back.
+!> Not part of the state: counters and timers of a run, which a roll-back does not reset.
 module m_state
    use m_kinds, only: wp, i8
    use m_constants, only: exit_files
@@ -22,13 +22,14 @@ module m_state
    public :: describe_state, block_state, set_block_state, regions_of, set_regions
 
    integer, parameter, public :: state_format = 13 !< of checkpoints
-   integer, parameter, public :: block_reals = 13  !< of each block
+   integer, parameter, public :: block_reals = 13  !< per block
    integer, parameter :: sums = 12
    integer(i8), parameter :: most_faces = 2_i8**25 !< of the ghost penalty, of all ranks
 
 contains
 
-   !> Collective: all that is neither particles nor blocks, to the store or from it. All ranks have the same.
+   !> Collective: transfer everything except particles and blocks to or from the store. All ranks have the
+   !> same values.
    subroutine describe_state(store, model, balance, error)
       class(state_store_t), intent(inout) :: store
       type(model_t), intent(inout) :: model
@@ -75,8 +76,8 @@ contains
       if (allocated(model%atoms)) call describe_atoms(store, model, error)
    end subroutine describe_state
 
-   !> What implicit steps keep: the length of the next one, sums of energy, and the forces of the ghost
-   !> penalty of all ranks, of which each takes those of its blocks.
+   !> Data of implicit steps: the length of the next one, sums of energy, and the forces of the ghost penalty
+   !> of all ranks, of which each rank takes those of its blocks.
    subroutine describe_statics(store, model, error)
       class(state_store_t), intent(inout) :: store
       type(model_t), intent(inout) :: model
@@ -107,7 +108,7 @@ contains
       end associate
    end subroutine describe_statics
 
-   !> A box of atoms: places and velocities in LAMMPS's units, to the bit.
+   !> A box of atoms: positions and velocities in LAMMPS's units, to the bit.
    subroutine describe_atoms(store, model, error)
       class(state_store_t), intent(inout) :: store
       type(model_t), intent(inout) :: model
@@ -149,7 +150,7 @@ contains
       sums_from = sums_t(v(1), v(2), v(3), v(4), v(5:7), v(8:10), v(11), v(12))
    end function sums_from
 
-   !> What contact keeps from step to step, besides its fields of particles.
+   !> Data of contact from step to step, in addition to its particle fields.
    subroutine describe_contact(store, model, error)
       class(state_store_t), intent(inout) :: store
       type(model_t), intent(inout) :: model
@@ -177,7 +178,7 @@ contains
       type(tool_state_t), intent(inout) :: states(:)
       real(wp), intent(inout) :: deepest(:) !< (tools): deflections below the cells, m
       type(error_t), intent(inout) :: error
-      real(wp) :: values(19, max(1, size(tools))) ! a row even where bodies meet alone
+      real(wp) :: values(19, max(1, size(tools))) ! a row even for contact between bodies only
       integer :: t
       values = 0.0_wp
       do t = 1, size(tools)
@@ -198,8 +199,8 @@ contains
       end do
    end subroutine describe_tools
 
-   !> The degrees of freedom that &motion gives to tools, and where turns have brought them. A scene without
-   !> &motion has no rows of these.
+   !> The degrees of freedom of tools by &motion, and their rotations so far. Without &motion there are no
+   !> rows of these.
    subroutine describe_freedoms(store, tools, error)
       class(state_store_t), intent(inout) :: store
       type(tool_t), intent(inout) :: tools(:)
@@ -241,7 +242,7 @@ contains
       end do
    end subroutine describe_freedoms
 
-   !> The sums of each pair of contact groups, and its largest overlap. A scene without groups has no rows of
+   !> The sums of each pair of contact groups, and its largest overlap. Without groups there are no rows of
    !> these.
    subroutine describe_pairs(store, pairs, error)
       class(state_store_t), intent(inout) :: store
@@ -256,8 +257,8 @@ contains
       pairs%overlap = values(state_reals + 1, :)
    end subroutine describe_pairs
 
-   !> What a block keeps besides its particles: lowest and highest place of their centres, m; work booked by
-   !> kinds, loss booked, J; run breaks on average and of the last step; disorder.
+   !> Data of a block other than its particles: lowest and highest position of their centres, m; accumulated
+   !> work by kinds, accumulated loss, J; run breaks on average and of the last step; disorder.
    pure function block_state(model, l, b) result(values)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b !< level, own block
@@ -279,7 +280,7 @@ contains
          call model%effect_step(l)%accumulate(block%index, values(7:9))
          model%lost_in_merging(blocks_before(model%levels, l) + block%index) = values(10)
          block%mean_breaks = values(11)
-         block%run_breaks = -1 ! not what a run writes
+         block%run_breaks = -1 ! unknown, not from this run
          if (abs(values(12)) <= huge(1)) block%run_breaks = nint(values(12))
          block%disorder = values(13)
       end associate
@@ -296,7 +297,7 @@ contains
       end do
    end function regions_of
 
-   !> Give the levels such regions; `good` is false where they are none of these grids.
+   !> Set the levels' regions; `good` is false if they do not fit these grids.
    subroutine set_regions(model, regions, good)
       type(model_t), intent(inout) :: model
       integer(i8), intent(in) :: regions(:)

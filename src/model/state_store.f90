@@ -1,5 +1,5 @@
-!> Where the numbers of a run's state go to or come from: one description of the state
-!> (state.f90) writes and reads them by the same calls. A store is a file (io/file_store.f90) or memory.
+!> Target or source of a run's state: one description of the state (state.f90) writes and reads it by the same
+!> calls. A store is a file (io/file_store.f90) or memory.
 module m_state_store
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
@@ -7,7 +7,7 @@ module m_state_store
    private
 
    type, abstract, public :: state_store_t
-      logical :: writes = .false. !< else it reads
+      logical :: writes = .false. !< if false it reads
    contains
       generic :: reals => reals_list, reals_table
       generic :: longs => longs_list, longs_table
@@ -18,7 +18,7 @@ module m_state_store
    end type state_store_t
 
    abstract interface
-      !> Collective: a table that all ranks have, to the store or from it.
+      !> Collective: transfer a table that all ranks have, to or from the store.
       subroutine move_reals(self, name, values, error)
          import :: state_store_t, wp, error_t
          class(state_store_t), intent(inout) :: self
@@ -37,7 +37,7 @@ module m_state_store
 
 contains
 
-   !> A table of rows of one number.
+   !> A table with one number per row.
    subroutine reals_list(self, name, values, error)
       class(state_store_t), intent(inout) :: self
       character(len=*), intent(in) :: name

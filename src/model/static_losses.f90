@@ -1,4 +1,4 @@
-!> What implicit steps take of the energy besides what contact and effects do (theory.md, Quasi-static steps,
+!> Energy dissipated by implicit steps, other than by contact and effects (theory.md, Quasi-static steps,
 !> Balance of energy).
 module m_static_losses
    use mpi_f08
@@ -14,11 +14,12 @@ module m_static_losses
 
    !> Sums since the start, J.
    type, public :: static_losses_t
-      real(wp) :: ghost_penalty = 0.0_wp !< taken by the ghost penalty,
+      real(wp) :: ghost_penalty = 0.0_wp !< dissipated by the ghost penalty,
       real(wp) :: theta = 0.0_wp         !< by a theta above one half,
-      real(wp) :: impact = 0.0_wp        !< by points that touch within a step that has inertia
-      real(wp) :: uncertainty = 0.0_wp   !< of the balance, for loads count with the mean of a step's ends
-      real(wp) :: in_flow = 0.0_wp       !< not taken, but done by loads beyond that mean where material flows
+      real(wp) :: impact = 0.0_wp        !< by points that come into contact within a step with inertia
+      real(wp) :: uncertainty = 0.0_wp   !< of the balance, as loads count with the mean of a step's ends
+      real(wp) :: in_flow = 0.0_wp       !< not dissipated, but work of loads beyond that mean where material
+                                         !< flows
       real(wp), allocatable :: faces(:, :) !< the ghost penalty's forces in the last step without inertia:
                                            !< (face_reals, faces of this rank's blocks)
    contains
@@ -30,7 +31,7 @@ module m_static_losses
 
 contains
 
-   !> All that is taken, J.
+   !> Total dissipation, J.
    pure real(wp) function total(self)
       class(static_losses_t), intent(in) :: self
       total = self%ghost_penalty + self%theta + self%impact
@@ -52,8 +53,8 @@ contains
                           communicator%comm)
    end function all_faces
 
-   !> Of the faces of all ranks, those of this rank's blocks. `good` is false where some are none of these
-   !> levels.
+   !> Keep of the faces of all ranks those of this rank's blocks. `good` is false if some do not belong to
+   !> these levels.
    subroutine keep_own(self, rows, levels, rank, good)
       class(static_losses_t), intent(inout) :: self
       real(wp), intent(in) :: rows(:, :)
@@ -79,7 +80,7 @@ contains
       self%faces = reshape(pack(rows, spread(own, 1, face_reals)), [face_reals, count(own)])
    end subroutine keep_own
 
-   !> Collective: blocks have new owners.
+   !> Collective: redistribute after blocks have changed owner.
    subroutine follow_blocks(self, levels, communicator)
       class(static_losses_t), intent(inout) :: self
       type(level_t), intent(in) :: levels(:)

@@ -1,5 +1,5 @@
-!> Times that quasi-static steps have to meet: where tools or pressures change their way, where something is
-!> to be written, and the end.
+!> Times at which quasi-static steps must end: changes of the loading by tools or pressures, output, and the
+!> end.
 module m_stop_times
    use m_kinds, only: wp
    use m_scene, only: scene_t
@@ -10,7 +10,7 @@ module m_stop_times
    private
    public :: next_stop
 
-   real(wp), parameter :: hair = 1.0e-9_wp !< of the time: no time so near is still to come
+   real(wp), parameter :: hair = 1.0e-9_wp !< relative tolerance: a time so near is not in the future
 
 contains
 

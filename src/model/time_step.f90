@@ -1,4 +1,4 @@
-!> How long the next step is, and how many there will be.
+!> The length of the next step, and the number of steps to come.
 module m_time_step
    use m_kinds, only: wp, i8
    use m_constants, only: exit_input
@@ -12,8 +12,8 @@ module m_time_step
 
 contains
 
-   !> A given time step must be one with which the explicit scheme can be stable, and the scene must end after
-   !> some number of steps.
+   !> Check that a given time step can be stable with the explicit scheme, and that the scene ends after a
+   !> possible number of steps.
    subroutine check_time_step(scene, model, error)
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
@@ -54,13 +54,13 @@ contains
       end do
    end function allowed_by_effects
 
-   !> Time step (s) of the coarsest level: safety cell / (c + |v|), c and |v| as they are now, or what effects
-   !> allow; or the given one. Shortened a little, so that a whole number of such steps ends at the end time:
-   !> a short last step would show in the contact load.
+   !> Time step (s) of the coarsest level: safety cell / (c + |v|) with the present c and |v|, or the limit of
+   !> effects; or the given one. Shortened slightly, so that a whole number of such steps ends at the end
+   !> time: a short last step would show in the contact load.
    pure real(wp) function next_time_step(scene, model, share) result(time_step)
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
-      real(wp), intent(in), optional :: share !< of that, after a fault; 1 where it is not given
+      real(wp), intent(in), optional :: share !< factor on it, after an error; 1 if absent
       real(wp) :: remaining
       time_step = longest_step(scene, model, model%time)
       if (present(share)) time_step = share*time_step
@@ -70,7 +70,7 @@ contains
       time_step = remaining/max(1_i8, ceiling(remaining/time_step - 1.0e-6_wp, i8))
    end function next_time_step
 
-   !> The same (s) before it is shortened, with the tools as they are at a time (s).
+   !> The same (s) before the shortening, with the tools' speeds at a time (s).
    pure real(wp) function longest_step(scene, model, time) result(time_step)
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
@@ -88,8 +88,8 @@ contains
                       allowed_by_effects(model))
    end function longest_step
 
-   !> Steps of the coarsest level between two times (s), with waves and particles as fast as they are now and
-   !> tools as they will be.
+   !> Steps of the coarsest level between two times (s), with the present wave and particle speeds and the
+   !> tools' future ones.
    pure real(wp) function steps_between(scene, model, from, to) result(steps)
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
