@@ -63,8 +63,8 @@ contains
       call model%timers%leave()
    end subroutine advance
 
-   !> Collective: one step of a level, whose particles and those of all finer levels have given to their
-   !> nodes, and within it the steps of the finer levels.
+   !> Collective: one step of a level, after P2G of its particles and those of all finer levels, and within it
+   !> the steps of the finer levels.
    recursive subroutine advance_level(model, l, clock, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
@@ -77,7 +77,7 @@ contains
          if (error%happened()) return ! on all ranks
          call apply_contact(model, l, clock, error)
          if (l < size(model%levels)) call advance_finer(model, l, clock, error)
-         if (error%happened() .and. l < size(model%levels)) return ! on all ranks: they have agreed
+         if (error%happened() .and. l < size(model%levels)) return ! on all ranks, which have the same error
          call model%timers%on_level(l)
          call by_blocks(model, l, clock, particle_stages(model), error)
       else
@@ -88,13 +88,13 @@ contains
       call migrate(model, l, error)
    end subroutine advance_level
 
-   !> Whether somebody asks for the motion of all nodes before particles take any.
+   !> True when the motion of all nodes must be complete before the G2P of any particle.
    pure logical function asks_for_all(model)
       type(model_t), intent(in) :: model
       asks_for_all = model%contact%active() .or. size(model%levels) > 1 .or. allocated(model%atoms)
    end function asks_for_all
 
-   !> Collective: the atoms, which are in the finest level, go through its step.
+   !> Collective: advance the atoms, which are in the finest level, through its step.
    subroutine couple_atoms(model, l, clock, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
@@ -106,7 +106,7 @@ contains
                               clock%step, error)
    end subroutine couple_atoms
 
-   !> What particles do in the main part of a step, by when it is the turn of their stress.
+   !> The particle stages of the main part of a step, by the stress update scheme.
    pure function particle_stages(model) result(stages)
       type(model_t), intent(in) :: model
       integer, allocatable :: stages(:)
@@ -117,7 +117,7 @@ contains
       end select
    end function particle_stages
 
-   !> USF: the stress comes first, from the velocities that the particles have. (One level.)
+   !> USF: the stress is updated first, from the particles' present velocities. (One level.)
    subroutine stress_first(model, clock, error)
       type(model_t), intent(inout) :: model
       type(clock_t), intent(in) :: clock
@@ -128,8 +128,7 @@ contains
       call by_blocks(model, 1, clock, [velocity_gradient, stress], error)
    end subroutine stress_first
 
-   !> MUSL: the stress comes last, from the velocities that the particles have now; then they move. (One
-   !> level.)
+   !> MUSL: the stress is updated last, from the particles' new velocities; then they move. (One level.)
    subroutine stress_last(model, l, clock, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
@@ -142,11 +141,11 @@ contains
       call by_blocks(model, l, clock, [cells], error)
    end subroutine stress_last
 
-   !> P2G of a level and all finer ones, the finest first: each restricts to the next what its constrained
-   !> nodes were given. Levels ask each other for sums: with several they are made here.
+   !> P2G of a level and all finer ones, the finest first: each restricts the sums of its constrained nodes to
+   !> the next. Levels exchange sums, so with several levels these are made here.
    subroutine p2g_levels(model, first, clock, error)
       type(model_t), intent(inout) :: model
-      integer, intent(in) :: first !< 1, or the level that begins its second step within one of its parent
+      integer, intent(in) :: first !< 1, or the level that starts its second step within one of its parent
       type(clock_t), intent(in) :: clock !< of that level
       type(error_t), intent(inout) :: error
       real(wp) :: own_step
@@ -167,7 +166,7 @@ contains
       end do
    end subroutine p2g_levels
 
-   !> Collective: tools hold the nodes of the finest level; other levels must not touch any.
+   !> Collective: apply contact to the nodes of the finest level; on other levels contact is an error.
    subroutine apply_contact(model, l, clock, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
@@ -189,7 +188,7 @@ contains
       end if
    end subroutine apply_contact
 
-   !> Collective: loads, works and what is said of the solution, at the end of a step of the finest level.
+   !> Collective: loads, work and reports of the contact solution, at the end of a step of the finest level.
    subroutine finish_contact(model, l, clock, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
@@ -202,7 +201,7 @@ contains
       if (allocated(model%atoms)) call model%atoms%accumulate(model%contact%tools)
    end subroutine finish_contact
 
-   !> Collective: the nodes that only the stress is made from go with the points that tools press.
+   !> Collective: apply the contact velocities of pressed points to the nodes of a separate stress solution.
    subroutine meet_tools(model, l, clock, first)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
@@ -217,8 +216,8 @@ contains
    end subroutine meet_tools
 
    !> Collective: the steps of the next finer level within one of level l: two, between which level l is
-   !> corrected by what the first really gave and the second will give; or one, where all levels have one time
-   !> step.
+   !> corrected by the actual contributions of the first and those of the second; or one, if all levels have
+   !> one time step.
    recursive subroutine advance_finer(model, l, clock, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
@@ -244,7 +243,7 @@ contains
       call advance_level(model, l + 1, clock_t(clock%time + half, half, -ahead, ends=clock%ends), error)
    end subroutine advance_finer
 
-   !> Collective: the finer level's force of the stress that has grown, on the nodes of level l (theory.md,
+   !> Collective: sum the finer level's force of the accumulated stress on the nodes of level l (theory.md,
    !> eq. lag).
    subroutine sum_lag_force(model, l)
       type(model_t), intent(inout) :: model
@@ -256,7 +255,7 @@ contains
       end associate
    end subroutine sum_lag_force
 
-   !> Collective: sums over blocks and ranks of what the next finer level has restricted up to level l, where
+   !> Collective: sum over blocks and ranks the values restricted by the next finer level to level l, where
    !> constrained nodes depend on them.
    subroutine sum_restricted(model, l)
       type(model_t), intent(inout) :: model
@@ -271,8 +270,7 @@ contains
       end associate
    end subroutine sum_restricted
 
-   !> Collective: the solved nodes of level l take what its own step does not know of the two steps of the
-   !> finer level.
+   !> Collective: correct the solved nodes of level l by the two steps of the finer level.
    subroutine correct(model, l, clock)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
@@ -285,8 +283,7 @@ contains
       end associate
    end subroutine correct
 
-   !> Collective: particles go to the blocks, and with those of the next finer level to the levels, where they
-   !> are now.
+   !> Collective: move particles to their present blocks, and those of the next finer level to their levels.
    subroutine migrate(model, l, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
@@ -307,8 +304,8 @@ contains
    end subroutine migrate
 
    !> Collective, one reduction: largest speeds for the next time step, whether blocks are missing, whether a
-   !> rank failed, and what ranks ask of the run. With several levels blocks are there before particles may
-   !> reach them: one is missing where a particle has moved too far.
+   !> rank failed, and requests to the run. With several levels blocks are created before particles can reach
+   !> them: one is missing if a particle has moved too far.
    subroutine agree(model, l, blocks_missing, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l

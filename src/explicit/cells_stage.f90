@@ -1,5 +1,4 @@
-!> The stage of a step that finds the cells where the particles of a block are now: splitting, lists,
-!> emigrants, order.
+!> The stage of a step that locates the particles of a block: splitting, cell lists, emigrants, order.
 module m_cells_stage
    use m_kinds, only: wp
    use m_errors, only: error_t
@@ -23,9 +22,8 @@ module m_cells_stage
 
 contains
 
-   !> Particles that have become too long are split; the cells of all; what is known of them: where they are,
-   !> the largest speeds, whether they rest. Those that have left the block emigrate, and the others are put
-   !> in order, before any come.
+   !> Split particles whose domains are too long; locate all; update bounds, largest speeds, and whether they
+   !> rest. Emigrants are sent off, and the others sorted, before any arrive.
    subroutine cells_block(model, l, b, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -73,8 +71,8 @@ contains
       end associate
    end subroutine cells_block
 
-   !> Particles that have passed a side that holds the material, by round-off or because contact pushed them:
-   !> at a symmetry side their mirror image has come in as they went out.
+   !> Particles beyond a closed side, by round-off or pushed by contact, are replaced by their mirror image,
+   !> as at a symmetry side.
    pure subroutine put_back(level, block)
       type(level_t), intent(in) :: level
       type(block_t), intent(inout) :: block
@@ -90,7 +88,7 @@ contains
       end associate
    end subroutine put_back
 
-   !> With musl the places wait until the stress is done.
+   !> With musl the new positions are set after the stress.
    pure subroutine take_next_position(particles, at)
       type(particle_store_t), intent(inout) :: particles
       type(layout_t), intent(in) :: at
@@ -99,7 +97,7 @@ contains
       end associate
    end subroutine take_next_position
 
-   !> True when no particle has a velocity, a velocity gradient, a stress or a pressure beside it.
+   !> True when no particle has a velocity, a velocity gradient, a stress or an additional pressure.
    pure logical function rests(particles, at)
       type(particle_store_t), intent(in) :: particles
       type(layout_t), intent(in) :: at

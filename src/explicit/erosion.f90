@@ -1,4 +1,4 @@
-!> Particles that an effect has given up are taken out of the model (theory.md, eq. failed).
+!> Removal of failed particles from the model (theory.md, eq. failed).
 module m_erosion
    use m_kinds, only: wp, i4
    use m_decomposition, only: blocks_before
@@ -11,7 +11,7 @@ module m_erosion
 
 contains
 
-   !> Take what has failed out of one block. Its energy is booked as lost, with the block; its mass and
+   !> Remove failed particles from one block. Their energy is recorded as lost, with the block; their mass and
    !> momentum are missing in the sums from now on.
    subroutine erode(model, l, b)
       type(model_t), intent(inout) :: model
@@ -33,7 +33,7 @@ contains
       end associate
    end subroutine erode
 
-   !> All energy of a particle that the balance knows of, J.
+   !> The energy of a particle in the balance, J.
    real(wp) function energy_of(model, l, b, p) result(energy)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b, p

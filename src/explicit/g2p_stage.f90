@@ -1,4 +1,4 @@
-!> The stage of a step that takes the motion of the nodes to the particles of a block: G2P (theory.md, eq.
+!> The stage of a step that updates the particles of a block from the nodes: G2P (theory.md, eq.
 !> to-particles).
 module m_g2p_stage
    use m_kinds, only: wp
@@ -21,7 +21,7 @@ module m_g2p_stage
 
 contains
 
-   !> How the particles of a level move in a step.
+   !> The motion parameters of a level's particles in a step.
    pure type(motion_t) function motion_of(model, l, time_step) result(motion)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l
@@ -34,15 +34,15 @@ contains
       end associate
    end function motion_of
 
-   !> Particles stand still: only their velocity gradients are taken.
+   !> Particles do not move: only their velocity gradients are computed.
    pure type(motion_t) function still(model, l)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l
       still = motion_t(0.0_wp, 1.0_wp, model%levels(l)%layout%position)
    end function still
 
-   !> True when the particles of a block are at rest and their nodes leave them so: nothing of the rest of the
-   !> step would change a bit of them, but for means over cells that they share with others.
+   !> True when the particles of a block are at rest and their nodes keep them so: the rest of the step would
+   !> not change a bit of them, except by means over cells that they share with others.
    pure logical function stays_at_rest(model, l, b) result(stays)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
@@ -50,14 +50,13 @@ contains
          stays = block%particles%count == 0
          if (stays) return
          stays = block%rests() .and. model%skip_at_rest .and. .not. model%effect_step(l)%acts_at_rest
-         ! the way of loaded particles is marked before they move
+         ! positions of loaded particles are stored before they move
          if (stays .and. size(model%effect_step(l)%on_cells) > 0) stays = .not. is_loaded(model, l, b)
          if (stays) stays = .not. any_moves(model%levels(l)%nodes(:, :, :, :, b), block%cells%extent())
       end associate
    end function stays_at_rest
 
-   !> What the particles of a block at rest give to the cells that blocks share: volume, and nothing that
-   !> moves or presses.
+   !> Add the contributions of the particles of a block at rest to the shared cells: only volume.
    subroutine give_at_rest(model, l, b)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -81,8 +80,8 @@ contains
       end associate
    end subroutine give_at_rest
 
-   !> True when the sums of a cell that a block at rest may have particles in are of material that moves or is
-   !> pressed: then the block takes the means.
+   !> True when the sums of a cell that a block at rest may have particles in include moving or pressed
+   !> material: then the block must use the means.
    pure logical function is_woken(model, l, b)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
@@ -101,7 +100,7 @@ contains
       is_loaded = model%effect_step(l)%is_loaded(b)
    end function is_loaded
 
-   !> True when a node within what the particles of a block reach has a velocity or an acceleration.
+   !> True when a node within the reach of a block's particles has a velocity or an acceleration.
    pure logical function any_moves(tile, extent)
       real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       integer, intent(in) :: extent(2, 3)
@@ -110,8 +109,8 @@ contains
       end associate
    end function any_moves
 
-   !> G2P of one block: velocities, places and velocity gradients of its particles. Affine transfer: the
-   !> gradient stays with them. `motion` with no time step: the velocity gradient only, no motion.
+   !> G2P of one block: velocities, positions and velocity gradients of its particles. With affine transfer
+   !> the particles keep the gradient. `motion` with zero time step: the velocity gradient only, no motion.
    subroutine g2p_block(model, l, b, motion, time, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -148,10 +147,10 @@ contains
       end associate
    end subroutine g2p_block
 
-   !> The work of loads by the motion that a block's particles have just made (theory.md, eq. particle-work),
-   !> with the gradient that their domains follow: that of the work array after the stress; where the stress
-   !> has a solve of its own, which has not met the tools, that which is kept of it, and if none is, tools are
-   !> not followed. `tools`: theirs too, whose candidates are those of the step.
+   !> Work of loads by the motion just made by a block's particles (theory.md, eq. particle-work), with the
+   !> gradient that their domains follow: after the stress that of the work array; with a separate solution
+   !> for the stress, which lacks contact, the kept one. `tools`: also for tools, whose candidates are those
+   !> of the step.
    subroutine follow_loads(model, l, b, motion, time, tools)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -176,9 +175,9 @@ contains
       end subroutine follow_with
    end subroutine follow_loads
 
-   !> At the edge of a level: how far the gradients that particles keep are to be ahead of the motion
-   !> (theory.md, eq. lag), into the work array, while particles are where the step began; which particles,
-   !> into the level's list of those at edges.
+   !> At the edge of a level: compute the lead of the particles' gradients over the motion (theory.md, eq.
+   !> lag) into the work array, while particles are at the step's start; the particles concerned are in the
+   !> level's list of those at edges.
    subroutine find_lag(model, l, b, time_step, lags)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -208,7 +207,7 @@ contains
       end associate
    end subroutine find_lag
 
-   !> Add the lags of the listed particles to their gradients.
+   !> Add the lead of the listed particles to their gradients.
    pure subroutine add_lags(listed, lag, gradient)
       type(cell_list_t), intent(in) :: listed
       real(wp), intent(in), contiguous :: lag(:, :)

@@ -1,4 +1,4 @@
-!> The stages of a step that end on the nodes of one level: P2G, the sums over nodes that blocks share, the
+!> The stages of a step that act on the nodes of one level: P2G, the sums over nodes that blocks share, the
 !> nodal solve (theory.md).
 module m_grid_stages
    use m_kinds, only: wp
@@ -19,8 +19,8 @@ module m_grid_stages
 
 contains
 
-   !> P2G of all blocks of a level, those with remote neighbours first: then the halo is on its way while the
-   !> others follow. Where there is a finer level, what that restricts to this one is added.
+   !> P2G of all blocks of a level, those with remote neighbours first, so that the halo exchange overlaps
+   !> with the others. If there is a finer level, its restricted values are added.
    subroutine particles_to_grid(model, l, time)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
@@ -46,8 +46,8 @@ contains
       end associate
    end subroutine particles_to_grid
 
-   !> What a block's particles and the effects on it give to its nodes at the beginning of a step. Sums will
-   !> take its place.
+   !> Contributions of a block's particles and of effects to its nodes at the beginning of a step, to be
+   !> replaced by sums.
    subroutine begin_tile(model, l, b, time)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -62,8 +62,7 @@ contains
       end associate
    end subroutine begin_tile
 
-   !> P2G of one block: all particles that have not given to its tile yet, in the order in which they are
-   !> stored.
+   !> P2G of one block: all particles that are not in its tile yet, in storage order.
    subroutine p2g_block(model, l, b)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -93,8 +92,8 @@ contains
       end associate
    end subroutine p2g_block
 
-   !> True when the nodes of a block matter where its particles do not reach: effects and other levels give to
-   !> them or ask of them, and a side of the grid sets them where anybody wants to know of them.
+   !> True when nodes of a block beyond the reach of its particles are needed: effects and other levels use
+   !> them, and boundary conditions set them.
    pure logical function needs_whole_tile(model, l, b) result(whole)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
@@ -104,8 +103,7 @@ contains
       whole = whole .or. model%composite(l + 1)%receives(b) .or. model%composite(l)%has_edge(b)
    end function needs_whole_tile
 
-   !> True when nobody wants to know of the nodes of a block: it has no particles, is no parent, and restricts
-   !> nothing.
+   !> True when the nodes of a block are not needed: it has no particles, is no parent, and restricts nothing.
    pure logical function is_idle(model, l, b)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
@@ -114,8 +112,8 @@ contains
    end function is_idle
 
    !> Sums over blocks and ranks of the nodes of one part of a level's blocks: 1, those without remote
-   !> neighbours; 2, the others, for which messages are waited for. Nobody asks for the tiles of a part any
-   !> more when it has its sums.
+   !> neighbours; 2, the others, after waiting for messages. The other part does not read the tiles of a part
+   !> after its sums.
    subroutine sum_shared_nodes(model, l, part)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, part
@@ -128,7 +126,7 @@ contains
       end associate
    end subroutine sum_shared_nodes
 
-   !> When both parts have their sums.
+   !> Finish when both parts have their sums.
    subroutine end_sums(model, l)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
@@ -139,8 +137,8 @@ contains
       call clear_covered(model%levels(l), model%levels(l + 1))
    end subroutine end_sums
 
-   !> Nodal solve of one block: velocities at the end of the step and accelerations, inside the boundary
-   !> conditions. Constrained nodes follow those of the coarser level.
+   !> Nodal solve of one block: velocities at the end of the step and accelerations, with boundary conditions.
+   !> Constrained nodes follow those of the coarser level.
    subroutine solve_block(model, l, b, clock)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -155,9 +153,8 @@ contains
                           model%levels(l)%nodes(:, :, :, :, b))
    end subroutine solve_block
 
-   !> Effects on the solved nodes of a block. What they add to the acceleration is kept where a finer level's
-   !> two steps will ask for it; also of nodes that have no mass yet, for the finer level's particles may
-   !> reach them in the second.
+   !> Apply effects to the solved nodes of a block. Their acceleration is stored if a finer level's two steps
+   !> need it; also for nodes without mass, as the finer level's particles may reach them in the second step.
    subroutine change_nodes(model, l, b, clock)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -182,15 +179,15 @@ contains
       end associate
    end subroutine change_nodes
 
-   !> Where effects want means over the cells, which blocks share: the sums over blocks and ranks, in place of
-   !> the nodes.
+   !> For effects that need means over the cells, which blocks share: the sums over blocks and ranks, stored
+   !> in place of the nodes.
    subroutine sum_cells(model, l)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
       integer :: b
       call model%timers%enter(phase_exchange)
       associate (level => model%levels(l))
-         do b = 1, size(level%blocks) ! parents without particles hold what was restricted to their nodes
+         do b = 1, size(level%blocks) ! parents without particles still hold restricted values of nodes
             if (level%blocks(b)%particles%count == 0) &
                call clear(level%nodes(:, :, :, :, b), level%extent(:, :, b))
          end do

@@ -1,5 +1,5 @@
-!> Levels that move: with a tool, with the bodies of a contact group, or to where a criterion wants them; and
-!> the particles that change level by that.
+!> Levels that move with a tool, with the bodies of a contact group, or by a criterion; and the particles that
+!> change level.
 module m_move_regions
    use m_kinds, only: wp, i8
    use m_constants, only: exit_numerical
@@ -16,18 +16,19 @@ module m_move_regions
    private
    public :: move_regions, settle_particles, forget_edge_stress
 
-   integer, parameter :: judged_every = 50 !< steps of the coarsest level between two looks at a criterion
+   integer, parameter :: judged_every = 50 !< steps of the coarsest level between two evaluations of a
+                                           !< criterion
 
 contains
 
-   !> Collective: at the end of a step of the coarsest level. Regions move by whole cells of the coarsest
-   !> level that follow a tool, so that the gaps between nested ones stay.
+   !> Collective: at the end of a step of the coarsest level. Regions that follow a tool move by whole cells
+   !> of the coarsest level, so that the gaps between nested ones do not change.
    subroutine move_regions(model, error)
       type(model_t), intent(inout) :: model
       type(error_t), intent(inout) :: error
       type(region_t) :: region
       type(region_t), allocatable :: by_error(:)
-      real(wp), allocatable :: ways(:, :) ! of the contact groups since the start, m
+      real(wp), allocatable :: ways(:, :) ! displacements of the contact groups since the start, m
       integer :: l
       logical :: moved
       moved = .false.
@@ -48,19 +49,19 @@ contains
       call settle_particles(model, error)
    end subroutine move_regions
 
-   !> Collective: after regions have been set anew, particles go to the levels where they live.
+   !> Collective: after regions have been set, move particles to their levels.
    subroutine settle_particles(model, error)
       type(model_t), intent(inout) :: model
       type(error_t), intent(inout) :: error
       integer :: l
       call model%place_layers()
       call model%prepare_blocks(edges_moved=.true.)
-      do l = size(model%levels) - 1, 1, -1 ! out, from the finest
+      do l = size(model%levels) - 1, 1, -1 ! outwards, from the finest
          call change_pair(model, l, error)
          if (error%happened()) return
          call model%prepare_blocks()
       end do
-      do l = 1, size(model%levels) - 1     ! in, from the coarsest
+      do l = 1, size(model%levels) - 1     ! inwards, from the coarsest
          call change_pair(model, l, error)
          if (error%happened()) return
          call model%prepare_blocks()
@@ -68,7 +69,7 @@ contains
       call forget_edge_stress(model)
    end subroutine settle_particles
 
-   !> New edges: nothing is ahead of its time there (theory.md, eq. time-levels).
+   !> New edges: no stress is ahead of its time there (theory.md, eq. time-levels).
    subroutine forget_edge_stress(model)
       type(model_t), intent(inout) :: model
       integer :: b, e, l
@@ -83,12 +84,12 @@ contains
       end do
    end subroutine forget_edge_stress
 
-   !> The region that a level should have now: of all its parts, each where it has gone.
+   !> The present region of a level: the union of its parts at their present positions.
    subroutine place_region(model, l, ways, region, error)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l
       real(wp), intent(in) :: ways(:, :) !< of the contact groups, m
-      type(region_t), intent(inout) :: region !< as it is, or as the error places it
+      type(region_t), intent(inout) :: region !< on entry as it is, or as placed by the error
       type(error_t), intent(inout) :: error
       type(region_t), allocatable :: parts(:)
       integer :: low(3), high(3), part
@@ -127,7 +128,7 @@ contains
                 ' cells from the edge of level '//to_text(l - 1)//'; try a larger level there')
    end subroutine place_region
 
-   !> A part of a level where it has gone: by whole cells of the coarsest level.
+   !> A part of a level at its present position: shifted by whole cells of the coarsest level.
    type(region_t) function part_now(model, part, ways) result(region)
       type(model_t), intent(in) :: model
       integer, intent(in) :: part

@@ -1,6 +1,6 @@
-!> Where the stress has a solve of its own ('usf', 'musl'), its nodes have the particles' momenta but have not
-!> met the tools. At the points that a tool presses they are given the speeds that contact has left
-!> (theory.md, eq. pressed-speeds).
+!> Contact velocities for schemes with a separate solution for the stress ('usf', 'musl'): its nodes have the
+!> particles' momenta but lack contact. Points pressed by a tool are given the velocities of the last contact
+!> solution (theory.md, eq. pressed-speeds).
 module m_pressed_speeds
    use m_kinds, only: wp
    use m_text, only: to_text
@@ -19,8 +19,8 @@ module m_pressed_speeds
 
 contains
 
-   !> Collective, at the beginning of a step: the points that tools press since the last one, and the
-   !> velocities that it has left them with, over tools as they are now.
+   !> Collective, at the beginning of a step: find the points pressed by tools in the last step, and their
+   !> velocities after it, relative to the tools' present motion.
    subroutine find_pressed(contact, communicator, level, materials, time, time_step)
       type(contact_t), intent(inout) :: contact
       type(communicator_t), intent(in) :: communicator
@@ -30,7 +30,7 @@ contains
       real(wp) :: overlap(size(contact%tools))
       integer :: c, t
       do t = 1, size(contact%tools)
-         call contact%tools(t)%begin_step(time, time_step, have_pushed=.true.) ! loads push once a step
+         call contact%tools(t)%begin_step(time, time_step, have_pushed=.true.) ! loads act once a step
          contact%given(:, t) = given_motion(contact%tools(t))
       end do
       call contact%candidates%find(contact%tools, level, materials, time_step, overlap, again=.true.)
@@ -50,8 +50,8 @@ contains
                     contact%spec%compliance, time_step, subcell=.false.)
    end subroutine find_pressed
 
-   !> Velocity of a tool at the origin (m/s) and its spin (rad/s); 0 of one that loads push, whose own
-   !> velocity is that of the step before.
+   !> Velocity of a tool at the origin (m/s) and its spin (rad/s); 0 for a load-driven one, whose own velocity
+   !> is that of the step before.
    pure function given_motion(tool) result(motion)
       type(tool_t), intent(in) :: tool
       real(wp) :: motion(6)
@@ -63,7 +63,7 @@ contains
       motion(:3) = motion(:3) - cross(tool%spin, tool%point)
    end function given_motion
 
-   !> Collective: the smallest change of the nodes' velocities with which pressed points have theirs.
+   !> Collective: the smallest change of the nodes' velocities that gives pressed points their velocities.
    subroutine keep_pressed_speeds(contact, communicator, level, time_step)
       type(contact_t), intent(inout) :: contact
       type(communicator_t), intent(in) :: communicator
@@ -74,7 +74,8 @@ contains
       real(wp) :: residual, missing(3)
       integer :: c, last, t
       if (.not. contact%has_problem) return
-      if (contact%system%has_subcell) & ! of the step's own contact; these nodes are to meet the speeds
+      if (contact%system%has_subcell) & ! it is for the step's own contact; these nodes must get the exact
+                                        ! velocities
          call assemble(contact%system, communicator, contact%tools, contact%candidates, level, &
                        contact%spec%compliance, time_step, subcell=.false.)
       associate (system => contact%system, n => contact%candidates%count)

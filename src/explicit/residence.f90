@@ -1,4 +1,4 @@
-!> Particles go to the level where they live, and merge where they have left a finer one.
+!> Moves particles to their level, and merges those that have left a finer one.
 module m_residence
    use mpi_f08
    use m_kinds, only: wp
@@ -13,7 +13,8 @@ module m_residence
 
 contains
 
-   !> Collective: particles of level l and the next change level; siblings that are all out again merge.
+   !> Collective: particles of level l and the next change level; siblings that have all left the finer level
+   !> merge.
    subroutine change_pair(model, l, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l

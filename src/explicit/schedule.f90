@@ -1,6 +1,6 @@
-!> The schedule behind the stages of a step: which blocks are gone through when. All stages of a list are
-!> carried out on a block while it is in the cache; inner blocks go first, while the halo is on its way; and
-!> P2G of the next step follows at once.
+!> The schedule of the stages of a step: the order in which blocks are processed. All stages of a list are
+!> carried out on a block while it is in the cache; inner blocks first, while the halo exchange is under way;
+!> and P2G of the next step follows immediately.
 module m_schedule
    use m_kinds, only: wp
    use m_errors, only: error_t
@@ -19,20 +19,20 @@ module m_schedule
    private
    public :: by_blocks
 
-   !> Stages, in the order that they have in a step.
-   integer, parameter, public :: shared_sums = 1 !< sums over the nodes that blocks share; of a level that has
-                                                 !< them: nothing
+   !> Stages, in their order within a step.
+   integer, parameter, public :: shared_sums = 1 !< sums over the nodes that blocks share; no action on a
+                                                 !< level that has them
    integer, parameter, public :: nodal_solve = 2
-   integer, parameter, public :: grid_to_particles = 3 !< velocities, places, velocity gradients
-   integer, parameter, public :: velocity_gradient = 4 !< in its place where only the stress is wanted:
-                                                       !< particles stand still
+   integer, parameter, public :: grid_to_particles = 3 !< velocities, positions, velocity gradients
+   integer, parameter, public :: velocity_gradient = 4 !< in its place if only the stress is needed: particles
+                                                       !< do not move
    integer, parameter, public :: stress = 5
    integer, parameter, public :: cells = 6
 
 contains
 
-   !> Collective: carry out stages on all blocks of a level. Where effects want means over cells, which blocks
-   !> share, all blocks have their velocity gradients before the first gets its stress.
+   !> Collective: carry out stages on all blocks of a level. If effects need means over cells, which blocks
+   !> share, all blocks get their velocity gradients before the first gets its stress.
    subroutine by_blocks(model, l, clock, stages, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, stages(:)
@@ -64,7 +64,7 @@ contains
       if (any(stages == shared_sums)) call end_sums(model, l)
    end subroutine go_through
 
-   !> The stages on one block. What does not move is left out.
+   !> Carry out the stages on one block. Blocks at rest are skipped.
    subroutine carry_out(model, l, b, clock, stages, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b, stages(:)
@@ -105,7 +105,7 @@ contains
       end do
    end subroutine carry_out
 
-   !> A block whose particles stay at rest is left out from here on; its cells still get its volume.
+   !> Skip a block whose particles stay at rest from here on; its volume is still added to the cells.
    subroutine leave_out(model, l, b)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -115,8 +115,8 @@ contains
       if (size(model%effect_step(l)%on_cells) > 0) call give_at_rest(model, l, b)
    end subroutine leave_out
 
-   !> A block that was left out takes part again where cells that it shares are of material that moves. So far
-   !> nothing has been missed: its nodes do not move.
+   !> Stop skipping a block if cells that it shares contain moving material. Nothing has been missed: its
+   !> nodes do not move.
    subroutine wake(model, l, b)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -125,17 +125,17 @@ contains
       if (is_woken(model, l, b)) model%levels(l)%blocks(b)%left_out = .false.
    end subroutine wake
 
-   !> A step of a block that was left out to its end: the time step goes by its wave speed too.
+   !> Finish the step of a skipped block: its wave speed counts for the time step.
    subroutine count_left_out(model, block)
       type(model_t), intent(inout) :: model
       type(block_t), intent(in) :: block
-      if (block%particles%count == 0) return ! its wave speed is that of particles that have left it
+      if (block%particles%count == 0) return ! its wave speed is that of particles that have left
       model%bounds%wave_speed = max(model%bounds%wave_speed, block%wave_speed)
       model%particle_steps_at_rest = model%particle_steps_at_rest + block%particles%count
    end subroutine count_left_out
 
-   !> The work of effects on the nodes of a block, by their motion; of a parent without particles on what is
-   !> restricted to it.
+   !> Work of effects on the nodes of a block, by their motion; for a parent without particles, on the
+   !> restricted forces.
    subroutine measure_work(model, l, b, time_step)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -145,7 +145,8 @@ contains
       call model%effect_step(l)%measure(model%levels(l), b, time_step)
    end subroutine measure_work
 
-   !> Particles that tools press go to their faces, while they still have the numbers that contact knows.
+   !> Move particles pressed by tools to the tools' faces, while their numbers are still those of the contact
+   !> candidates.
    subroutine go_to_faces(model, l, b)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -155,12 +156,12 @@ contains
       end associate
    end subroutine go_to_faces
 
-   !> While the particles of a block, which have the stress of the end of the step, are in the cache: what
-   !> histories will ask of them, and P2G of the next step. What comes to the block later gives after them.
+   !> While the particles of a block, with the stress of the step's end, are in the cache: compute the sums
+   !> for histories, and P2G of the next step. Particles that arrive later are added after them.
    subroutine look_ahead(model, l, b, step_ends)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
-      logical, intent(in) :: step_ends !< that of the coarsest level
+      logical, intent(in) :: step_ends !< the coarsest level's step ends too
       if (model%levels(l)%blocks(b)%particles%count == 0) return
       if (model%wants_sums .and. step_ends) then
          call model%timers%on_level(0) ! as all output
@@ -169,8 +170,8 @@ contains
          call model%timers%on_level(l)
       end if
       if (.not. model%works_ahead) return
-      ! Parents must wait for what the finer level gives to their nodes. The other blocks wait with them: a
-      ! rank with more parents than others would be waited for at the sums, and would wait here.
+      ! Parents must wait for the restricted values of the finer level. The other blocks wait with them: else
+      ! ranks with more parents would be waited for at the sums, and others would wait here.
       if (l < size(model%levels)) return
       call p2g_block(model, l, b)
    end subroutine look_ahead

@@ -1,5 +1,5 @@
-!> Particles of a block whose domains have become too long are split, and their parts kept out of tools and
-!> within the grid (theory.md, Splitting).
+!> Splitting of a block's particles whose domains have become too long; parts are kept out of tools and within
+!> the grid (theory.md, Splitting).
 module m_splitting
    use m_kinds, only: wp
    use m_constants, only: exit_numerical
@@ -16,8 +16,8 @@ module m_splitting
    private
    public :: split
 
-   real(wp), parameter :: clear = 0.05_wp !< cells: a part nearer to a tool, which has not made its step yet,
-                                          !< may come to lie inside
+   real(wp), parameter :: clear = 0.05_wp !< cells: a part nearer to a tool, which has not moved in this step
+                                          !< yet, may get inside it
 
 contains
 
@@ -26,7 +26,7 @@ contains
       integer, intent(in) :: l, b
       type(error_t), intent(inout) :: error
       type(shares_t) :: shares
-      integer, allocatable :: parent(:) !< of each particle that is new, behind those that there were
+      integer, allocatable :: parent(:) !< parent of each new particle, which follow the old ones
       integer :: before, first, last, n, splits, worn_out
       associate (level => model%levels(l), particles => model%levels(l)%blocks(b)%particles)
          before = particles%count
@@ -60,14 +60,14 @@ contains
       call model%levels(l)%size_work()
    end subroutine split
 
-   !> The parts of one particle go apart along the surface of a tool into which one of them would reach: they
-   !> have the gap of the whole then, and its centre of mass and momentum.
+   !> If a part of one particle would reach into a tool, move all parts along the normal to the gap of the
+   !> whole, which conserves centre of mass and momentum.
    pure subroutine keep_outside(tools, particles, layout, parts, clear)
       type(tool_t), intent(in) :: tools(:)
       type(particle_store_t), intent(inout) :: particles
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: parts(:) !< numbers of the particles
-      real(wp), intent(in) :: clear   !< m
+      real(wp), intent(in) :: clear   !< margin, m
       real(wp) :: middle(3), gap, normal(3), unused(3), way(3), l(3, 3)
       integer :: n, t
       logical :: reaches

@@ -1,4 +1,4 @@
-!> The stage of a step that takes the velocity gradients of a block's particles to their stress: laws,
+!> The stage of a step that updates the stress of a block's particles by their velocity gradients: laws,
 !> volumes, domains.
 module m_stress_stage
    use m_kinds, only: wp
@@ -18,8 +18,7 @@ module m_stress_stage
 
 contains
 
-   !> Material law and volume of one block, with the velocity gradient that its particles have just been
-   !> given.
+   !> Update stress and volume of one block, with the new velocity gradients of its particles.
    subroutine stress_block(model, l, b, time_step, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -31,7 +30,7 @@ contains
       call update_stress(model, l, b, time_step, error)
    end subroutine stress_block
 
-   !> The same with the gradients of the work array as they are.
+   !> The same with the gradients in the work array unchanged.
    subroutine update_stress(model, l, b, time_step, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -69,7 +68,7 @@ contains
          call model%effect_step(l)%change_stress(model%effects, model%levels(l), b, time_step, model%timers)
    end subroutine update_stress
 
-   !> Add a multiple of the stress to edge_stress: taken away before a step's law and added after it, this
+   !> Add a multiple of the stress to edge_stress: subtracted before a step's law and added after it, this
    !> adds the change.
    pure subroutine add_stress(particles, at, factor)
       type(particle_store_t), intent(inout) :: particles
@@ -83,7 +82,7 @@ contains
       end do
    end subroutine add_stress
 
-   !> The domains of one block's particles follow their velocity gradients.
+   !> Update the domains of one block's particles by their velocity gradients.
    subroutine advance_domains(model, l, b, time_step, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -99,7 +98,7 @@ contains
       end associate
    end subroutine advance_domains
 
-   !> The velocity gradients of one block, which waited for the sums over cells, into the work array again.
+   !> Copy the velocity gradients of one block, stored during the sums over cells, back to the work array.
    subroutine take_back(model, l, b)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
