@@ -1,4 +1,4 @@
-!> The door for laws written in C: one procedure without structures, in a shared library
+!> Interface to laws written in C: one procedure without structures, in a shared library
 !> (doc/developer/vumat.md).
 module m_c_law
    use, intrinsic :: iso_c_binding, only: c_int, c_double, c_funptr, c_f_procpointer
@@ -10,8 +10,8 @@ module m_c_law
    public :: c_law_t
 
    abstract interface
-      !> Component c of particle p stands at [c*points + p]. Tensors are xx yy zz xy yz xz, F is 11 22 33 12
-      !> 23 31 21 32 13, as in points_t.
+      !> Component c of particle p is at [c*points + p]. Tensors are xx yy zz xy yz xz, F is 11 22 33 12 23 31
+      !> 21 32 13, as in points_t.
       pure subroutine c_law_interface(points, states, constants, constant, time, time_step, density, strain, &
                                       spin, deformation_old, deformation, stress_old, state_old, energy_old, &
                                       stress, state, energy, inelastic) bind(c)

@@ -1,5 +1,5 @@
 !> Elasticity of a crystal by the potential between its atoms: energy and stress of the deformed lattice cell
-!> (theory.md, eq. cauchy-born), with axes that turn with the material.
+!> (theory.md, eq. cauchy-born), with axes that rotate with the material.
 module m_cauchy_born
    use m_kinds, only: wp
    use m_bravais, only: bravais_t, lattices
@@ -14,12 +14,13 @@ module m_cauchy_born
    private
    public :: cauchy_born_t
 
-   integer, parameter :: moduli = 40                              !< of the table over volume
+   integer, parameter :: moduli = 40                              !< of the table over the volume
    real(wp), parameter :: least = 0.7_wp, spacing = 0.015_wp !< stretches of the table
 
    type, extends(lattice_t) :: cauchy_born_t
       type(bravais_t) :: crystal
-      real(wp) :: constant = 0.0_wp !< near which the lattice is at rest, m; 0: as the potential says
+      real(wp) :: constant = 0.0_wp !< start value for the lattice constant at rest, m; 0: that of the
+                                    !< potential
       real(wp) :: modulus(0:moduli - 1) = 0.0_wp !< of the fastest wave over the stretch, Pa
    contains
       procedure :: variables
@@ -69,7 +70,7 @@ contains
       end do
    end subroutine variables
 
-   !> As the lattice's own, with the stress of the potential.
+   !> As the lattice's own procedure, with the stress of the potential.
    pure subroutine settle(self, column, layout, p, q, f)
       class(cauchy_born_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -86,7 +87,7 @@ contains
                                                                                transpose(r))))
    end subroutine settle
 
-   !> The stretch of a given stress, by steps of the linear law.
+   !> The stretch of a given stress, by iterations with the linear law.
    pure subroutine begin_stressed(self, stress, column, layout, first, last)
       class(cauchy_born_t), intent(in) :: self
       real(wp), intent(in) :: stress(6)
@@ -126,7 +127,7 @@ contains
       end do
    end function strain_energy
 
-   !> By how much the particles are compressed, from the table.
+   !> Modulus from the table, by the compression of the particles.
    pure real(wp) function present_modulus(self, column, layout, first, last) result(modulus)
       class(cauchy_born_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)

@@ -23,17 +23,17 @@ module m_crystal
    public :: crystal_t
 
    character(len=*), parameter :: hardening_words(2) = [character(len=9) :: 'peirce', 'kalidindi']
-   real(wp), parameter :: no_more = 1.0e-30_wp !< of what is left to harden: vectors of powers stop at a 0
-   real(wp), parameter :: same_plane = 1.0e-9_wp !< one minus the cosine of planes that are one
+   real(wp), parameter :: no_more = 1.0e-30_wp !< of the remaining hardening: vectorised powers branch at 0
+   real(wp), parameter :: same_plane = 1.0e-9_wp !< one minus the cosine of normals that count as parallel
 
    type, extends(cubic_t) :: crystal_t
-      integer :: slip_systems = 1                !< of slip_words
-      integer :: hardening = 1                   !< of hardening_words
-      real(wp) :: reference_rate = 0.0_wp        !< of slip where the stress is the resistance, 1/s
+      integer :: slip_systems = 1                !< index in slip_words
+      integer :: hardening = 1                   !< index in hardening_words
+      real(wp) :: reference_rate = 0.0_wp        !< slip rate where the stress equals the resistance, 1/s
       real(wp) :: rate_sensitivity = 0.0_wp      !< m
-      real(wp) :: tau0 = 0.0_wp                  !< slip resistance at the start, Pa
-      real(wp) :: tau_s = 0.0_wp                 !< where hardening saturates, Pa
-      real(wp) :: h0 = 0.0_wp                    !< hardening modulus at the start, Pa
+      real(wp) :: tau0 = 0.0_wp                  !< initial slip resistance, Pa
+      real(wp) :: tau_s = 0.0_wp                 !< resistance at which hardening saturates, Pa
+      real(wp) :: h0 = 0.0_wp                    !< initial hardening modulus, Pa
       real(wp) :: q = 0.0_wp                     !< latent over self hardening
       real(wp) :: hardening_exponent = 0.0_wp    !< a
       type(crystal_constants_t) :: constants
@@ -111,7 +111,7 @@ contains
       end associate
    end subroutine prepare
 
-   !> As the laws of plastic flow, and what belongs to a lattice.
+   !> As for laws of plastic flow, and the fields of a lattice.
    pure subroutine declare(self, table, has_tools)
       class(crystal_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
@@ -149,7 +149,7 @@ contains
       if (self%shape > 0) column(first:last, self%shape:self%shape + 2) = 1.0_wp
    end subroutine initial
 
-   !> Vector after vector of particles; those whose slip Newton's method does not find in lanes one by one.
+   !> Update particles in vectors; those for which Newton's method in lanes fails, one by one.
    pure subroutine update(self, column, layout, gradient, time_step, first, last)
       class(crystal_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -182,7 +182,7 @@ contains
       type(crystal_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :), gradient(:, :)
       real(wp), intent(in) :: time_step
-      integer, intent(in) :: from, count !< first particle, and how many
+      integer, intent(in) :: from, count !< first particle, and number of particles
       real(wp), intent(out) :: q(lanes, 4)
       type(crystals_t), intent(inout) :: some
       real(wp), dimension(lanes, 3, 3) :: r, rate, turned
@@ -191,7 +191,7 @@ contains
       do i = 1, 4
          call load(column(:, self%orientation + i - 1), from, count, q(:, i))
       end do
-      call normalise(q) ! of merged particles it is a mean
+      call normalise(q) ! in merged particles it is a mean
       do i = 1, 6
          call load(column(:, self%elastic + i - 1), from, count, values(:, i))
       end do
@@ -235,8 +235,8 @@ contains
       end if
    end subroutine set_moduli
 
-   !> One lane by the solve that is guarded; where that fails too the stress is no number, which the step
-   !> reports (fault_text).
+   !> One lane by the safeguarded solve; if that fails too the stress is NaN, which the step reports
+   !> (fault_text).
    pure subroutine slip_alone(self, time_step, threshold, p, some)
       type(crystal_t), intent(in) :: self
       real(wp), intent(in) :: time_step, threshold
@@ -261,7 +261,7 @@ contains
       end associate
    end subroutine slip_alone
 
-   !> Orientation, stretch, stress, and what slip leaves behind.
+   !> Store orientation, stretch, stress, and the results of slip.
    pure subroutine end_lanes(self, column, layout, from, count, q, some)
       type(crystal_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -300,7 +300,7 @@ contains
       end do
    end subroutine end_lanes
 
-   !> As `settle` of m_lattice, with the moduli of a cube.
+   !> As `settle` of m_lattice, with the cubic moduli.
    pure subroutine find_stress(self, f, q, turned, stretch, stress)
       type(crystal_t), intent(in) :: self
       real(wp), intent(in) :: f(lanes, 3, 3) !< elastic deformation gradients
@@ -334,7 +334,7 @@ contains
       call take_columns(u, stretch)
    end subroutine find_stress
 
-   !> How far the lattices have turned since the start, degrees.
+   !> Rotation angles of the lattices since the start, degrees.
    pure subroutine find_angles(self, column, from, count, turned, angle)
       type(crystal_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -364,7 +364,7 @@ contains
       strain = values(self%strain)
    end function equivalent_plastic_strain
 
-   !> sqrt(n . b . n), as of other laws of plastic flow; without end where the scene has no tools.
+   !> sqrt(n . b . n), as for other laws of plastic flow; huge in scenes without tools.
    pure real(wp) function stretch(self, values, layout, direction)
       class(crystal_t), intent(in) :: self
       real(wp), intent(in) :: values(:)
@@ -375,7 +375,7 @@ contains
                                     tensor_of(values(self%shape:self%shape + 5)), direction)))
    end function stretch
 
-   !> Slip keeps the volume.
+   !> Slip is isochoric.
    pure function default_effect(self) result(name)
       class(crystal_t), intent(in) :: self
       character(len=:), allocatable :: name

@@ -1,4 +1,4 @@
-!> Elasticity of cubic symmetry, with axes that turn with the material (theory.md, eq. cubic).
+!> Elasticity of cubic symmetry, with axes that rotate with the material (theory.md, eq. cubic).
 module m_cubic
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t
@@ -17,7 +17,7 @@ module m_cubic
 
 contains
 
-   !> The three moduli. A law with variables of its own asks for these first.
+   !> The three moduli. A law with variables of its own calls this first.
    subroutine cubic_variables(self, group)
       class(cubic_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group

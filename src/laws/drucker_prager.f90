@@ -13,21 +13,21 @@ module m_drucker_prager
    private
    public :: drucker_prager_t
 
-   !> In p (pressure) and q (von Mises stress): q <= a + b p on the cone, which is Mohr and Coulomb's in
+   !> In p (pressure) and q (von Mises stress): q <= a + b p on the cone, which is that of Mohr and Coulomb in
    !> triaxial compression; an ellipse beyond the pressure at which the cap begins.
    type, extends(elastic_t) :: drucker_prager_t
       real(wp) :: friction_angle = 0.0_wp  !< degrees
       real(wp) :: cohesion = 0.0_wp        !< Pa
       real(wp) :: dilation_angle = 0.0_wp  !< degrees
-      real(wp) :: cap_pressure = 0.0_wp    !< at which pressure alone crushes, at first, Pa; 0: no cap
+      real(wp) :: cap_pressure = 0.0_wp    !< initial yield pressure in isotropic compression, Pa; 0: no cap
       real(wp) :: cap_ratio = 1.0_wp       !< axis of the ellipse along p over that along q
-      real(wp) :: cap_hardening = 0.0_wp   !< rise of cap_pressure over compaction, Pa
+      real(wp) :: cap_hardening = 0.0_wp   !< increase of cap_pressure over compaction, Pa
       real(wp) :: a = 0.0_wp, b = 0.0_wp   !< of the cone, Pa; 1
       real(wp) :: dilation = 0.0_wp        !< b of the potential
-      integer :: strain = 0     !< column of the equivalent plastic strain, of the deviator
+      integer :: strain = 0     !< column of the equivalent plastic strain of the deviator
       integer :: work = 0       !< column of the plastic work, J
-      integer :: compaction = 0 !< column of what the cap has been pushed in by, logarithm of volume
-      integer :: opening = 0    !< column of what grains are apart by, the same
+      integer :: compaction = 0 !< column of the compaction of the cap, logarithm of volume
+      integer :: opening = 0    !< column of the opening between separated grains, likewise
       integer :: shape = 0      !< first column of the left Cauchy-Green tensor; 0 without tools
    contains
       procedure :: variables
@@ -117,7 +117,7 @@ contains
       if (self%shape > 0) column(first:last, self%shape:self%shape + 2) = 1.0_wp
    end subroutine initial
 
-   !> Elastic trial step, then the return of those that are outside.
+   !> Elastic trial step, then the return of stresses outside the yield surface.
    pure subroutine update(self, column, layout, gradient, time_step, first, last)
       class(drucker_prager_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -133,7 +133,7 @@ contains
       end do
    end subroutine update
 
-   !> One particle: to p and q inside the yield surface, along the deviator.
+   !> Return of one particle: p and q to the yield surface, along the deviator.
    pure subroutine return_one(self, column, layout, p)
       class(drucker_prager_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -146,7 +146,7 @@ contains
       pressure = -(column(p, s) + column(p, s + 1) + column(p, s + 2))/3.0_wp
       trial = [pressure, von_mises(column(p, s), column(p, s + 1), column(p, s + 2), column(p, s + 3), &
                                    column(p, s + 4), column(p, s + 5))]
-      ! grains without cohesion that are apart bear nothing until they meet again
+      ! separated grains without cohesion bear no stress until they touch again
       if (.not. self%cohesion > 0.0_wp) trial(1) = trial(1) - bulk*column(p, self%opening)
       ends = trial
       if (self%cap_pressure > 0.0_wp .and. trial(1) > self%cap_begins(column(p, self%compaction))) then
@@ -169,12 +169,12 @@ contains
       if (trial(2) > 0.0_wp) share = ends(2)/trial(2)
       column(p, s:s + 2) = share*(column(p, s:s + 2) + pressure) - ends(1)
       column(p, s + 3:s + 5) = share*column(p, s + 3:s + 5)
-      ! what is stored grows with the volume, for which nothing was done
+      ! correct for stored energy that grows with the volume without work
       column(p, self%work) = column(p, self%work) + squeezed*self%strain_energy(column, layout, p, p)
    end subroutine return_one
 
-   !> To the cone along its potential, q - dilation p; to its apex where q would be negative; not beyond the
-   !> corner with the cap.
+   !> Return to the cone along its potential, q - dilation p; to its apex where q would be negative; not
+   !> beyond the corner with the cap.
    pure subroutine return_to_cone(self, compaction, ends)
       class(drucker_prager_t), intent(in) :: self
       real(wp), intent(in) :: compaction
@@ -194,8 +194,9 @@ contains
       if (ends(1) > corner) ends = [corner, self%a + self%b*corner]
    end subroutine return_to_cone
 
-   !> To the cap along its normal. Of the compaction e of the step, 0 to where p reaches the cap's beginning,
-   !> the distance to the ellipse falls; it is found by false position (Illinois).
+   !> Return to the cap along its normal. The distance to the ellipse decreases with the step's compaction e,
+   !> between 0 and the value at which p reaches the beginning of the cap; its zero is found by false position
+   !> (Illinois).
    pure subroutine return_to_cap(self, compaction, ends)
       class(drucker_prager_t), intent(in) :: self
       real(wp), intent(in) :: compaction
@@ -212,7 +213,7 @@ contains
          return
       end if
       e = [0.0_wp, (trial(1) - self%cap_begins(compaction))/bulk]
-      ! there q = 0 and p is the cap's beginning or less: inside
+      ! there q = 0 and p is at most the beginning of the cap: inside
       off(2) = -1.0_wp
       last = 0
       do iteration = 1, iteration_limit
@@ -226,7 +227,7 @@ contains
          last = side
       end do
    contains
-      !> Distance from the ellipse after compaction by `grown`, relative to its size, of p and q there.
+      !> Distance from the ellipse, relative to its size, after compaction by `grown`, with p and q there.
       pure subroutine find_distance(grown, at, distance)
          real(wp), intent(in) :: grown
          real(wp), intent(out) :: at(2), distance
@@ -261,7 +262,7 @@ contains
       strain = values(self%strain)
    end function equivalent_plastic_strain
 
-   !> sqrt(n . b . n); huge, which says nothing, without tools.
+   !> sqrt(n . b . n); huge without tools.
    pure real(wp) function stretch(self, values, layout, direction)
       class(drucker_prager_t), intent(in) :: self
       real(wp), intent(in) :: values(:)

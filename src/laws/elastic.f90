@@ -22,14 +22,14 @@ module m_elastic
 
 contains
 
-   !> A law in rate form keeps what its stress is set to.
+   !> A law in rate form retains a modified stress.
    pure type(failure_t) function failure(self)
       class(elastic_t), intent(in) :: self
       failure = failure_t(acts=.true., lame=self%lame, shear=self%shear)
    end function failure
 
    !> Hughes and Winget (1980): with the increment G = A - A^2/2, A = dt L (midpoint, second order), the
-   !> stress is turned by the Cayley transform of the skew part and then takes C : sym G. Turning alone
+   !> stress is rotated by the Cayley transform of the skew part, then C : sym G is added. The rotation alone
    !> changes no invariant.
    pure subroutine update(self, column, layout, gradient, time_step, first, last)
       class(elastic_t), intent(in) :: self
@@ -51,7 +51,7 @@ contains
       end do
    end subroutine update
 
-   !> One particle; scalars, so that the loop above becomes one of vectors.
+   !> One particle; scalars, so that the loop above is vectorised.
    pure elemental subroutine turn_and_strain(lame, shear, dt, l11, l21, l31, l12, l22, l32, l13, l23, l33, &
                                              xx, yy, zz, yz, xz, xy)
       real(wp), intent(in) :: lame, shear, dt, l11, l21, l31, l12, l22, l32, l13, l23, l33
@@ -71,7 +71,7 @@ contains
       g13 = a13 - 0.5_wp*(a11*a13 + a12*a23 + a13*a33)
       g23 = a23 - 0.5_wp*(a21*a13 + a22*a23 + a23*a33)
       g33 = a33 - 0.5_wp*(a31*a13 + a32*a23 + a33*a33)
-      ! turn: R = I + (W + W^2/2)/(1 + w^2/4), W the skew part of G, w its axial vector
+      ! rotation: R = I + (W + W^2/2)/(1 + w^2/4), W the skew part of G, w its axial vector
       wx = 0.5_wp*(g32 - g23)
       wy = 0.5_wp*(g13 - g31)
       wz = 0.5_wp*(g21 - g12)
@@ -94,7 +94,7 @@ contains
       xy = t11*r21 + t12*r22 + t13*r23 + shear*(g12 + g21)
    end subroutine turn_and_strain
 
-   !> Of this law itself, not of those that extend it.
+   !> For this law itself, not for those that extend it.
    pure subroutine stress_tangent(self, column, layout, gradient, parts, time_step, count, slope, known)
       class(elastic_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -114,8 +114,8 @@ contains
                                      column(:count, layout%stress:layout%stress + 5), stress, slope)
    end subroutine stress_tangent
 
-   !> Sum of the strain energy, J: V sigma : C^-1 : sigma / 2, with the share of it that the change of volume
-   !> on the way asks for (theory.md, eq. elastic-energy).
+   !> Sum of the strain energy, J: V sigma : C^-1 : sigma / 2, with a correction for the change of volume
+   !> (theory.md, eq. elastic-energy).
    pure real(wp) function strain_energy(self, column, layout, first, last) result(energy)
       class(elastic_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -132,7 +132,7 @@ contains
          trace = column(p, s) + column(p, s + 1) + column(p, s + 2)
          squares = column(p, s)**2 + column(p, s + 1)**2 + column(p, s + 2)**2 &
                    + 2.0_wp*(column(p, s + 3)**2 + column(p, s + 4)**2 + column(p, s + 5)**2)
-         v = per_volume*trace ! logarithm of the change of volume
+         v = per_volume*trace ! logarithm of the volume ratio
          energy = energy + column(p, layout%volume)*(squares - share*trace**2) *(1.0_wp &
             - v*(1.0_wp/3.0_wp - v*(1.0_wp/12.0_wp - v*(1.0_wp/60.0_wp - v/360.0_wp))))
       end do
@@ -140,7 +140,7 @@ contains
    end function strain_energy
 
    !> exp(n . C^-1 sigma . n): the stress of this law is that of the logarithmic strain, as long as axes do
-   !> not turn much.
+   !> not rotate much.
    pure real(wp) function stretch(self, values, layout, direction)
       class(elastic_t), intent(in) :: self
       real(wp), intent(in) :: values(:)
@@ -155,7 +155,7 @@ contains
       stretch = exp((along - self%lame*trace/(3.0_wp*self%lame + 2.0_wp*self%shear))/(2.0_wp*self%shear))
    end function stretch
 
-   !> The largest principal stress is no larger than a row of the tensor (Gershgorin).
+   !> The largest principal stress does not exceed the largest row sum of the tensor (Gershgorin).
    pure real(wp) function max_stretch(self, values, layout)
       class(elastic_t), intent(in) :: self
       real(wp), intent(in) :: values(:)

@@ -1,4 +1,4 @@
-!> What laws of isotropic elasticity share: Young's modulus, Poisson's ratio, and what follows from them.
+!> Shared by laws of isotropic elasticity: Young's modulus, Poisson's ratio, and derived moduli.
 module m_isotropic
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t
@@ -23,7 +23,7 @@ module m_isotropic
 
 contains
 
-   !> The moduli. A law with variables of its own asks for these first.
+   !> The moduli. A law with variables of its own calls this first.
    subroutine elastic_variables(self, group)
       class(isotropic_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group

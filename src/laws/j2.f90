@@ -1,5 +1,5 @@
-!> Von Mises plasticity with isotropic hardening: none, linear, or by a table (theory.md, eqs return, j2), and
-!> kinematic hardening beside it (kinematic.f90).
+!> Von Mises plasticity with isotropic hardening: none, linear, or by a table (theory.md, eqs return, j2),
+!> optionally with kinematic hardening (kinematic.f90).
 module m_j2
    use m_kinds, only: wp
    use m_value_range, only: above, at_least
@@ -13,16 +13,17 @@ module m_j2
    private
    public :: j2_t
 
-   real(wp), parameter :: at_yield = 1.0_wp - 1.0e-8_wp !< of the yield stress: more flows if it grows
+   real(wp), parameter :: at_yield = 1.0_wp - 1.0e-8_wp !< of the yield stress: a stress above it is at yield
+                                                        !< and flows if it grows
 
-   !> The yield stress is yield_stress + hardening_modulus times the equivalent plastic strain or, where the
-   !> table is there, linear between its points and held after the last.
+   !> The yield stress is yield_stress + hardening_modulus times the equivalent plastic strain or, with a
+   !> table, linear between its points and constant after the last.
    type, extends(plastic_t) :: j2_t
-      real(wp) :: yield_stress = 0.0_wp             !< at first, Pa
+      real(wp) :: yield_stress = 0.0_wp             !< initial, Pa
       real(wp) :: hardening_modulus = 0.0_wp !< slope of yield stress over equivalent plastic strain, Pa
       real(wp), allocatable :: hardening_strain(:)  !< equivalent plastic strain, rising from 0
       real(wp), allocatable :: hardening_stress(:)  !< yield stress there, Pa
-      type(kinematic_t) :: kinematic                !< back stresses, where the group has them
+      type(kinematic_t) :: kinematic                !< back stresses, if given
    contains
       procedure :: variables
       procedure :: declare
@@ -46,11 +47,11 @@ contains
       call self%kinematic%variables(group)
    end subroutine variables
 
-   !> Those of elasticity and of the yield stress.
+   !> The variables of elasticity and of the yield stress.
    subroutine isotropic_variables(self, group, must_yield)
       class(j2_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group
-      logical, intent(in) :: must_yield !< false: without a yield stress it never yields
+      logical, intent(in) :: must_yield !< if false, a law without yield stress stays elastic
       logical :: by_table
       call self%elastic_variables(group)
       by_table = group%is_given('hardening_strain') .or. group%is_given('hardening_stress') &
@@ -80,7 +81,7 @@ contains
       end associate
    end subroutine isotropic_variables
 
-   !> Those of plastic flow, and the back stresses.
+   !> The fields of plastic flow, and the back stresses.
    pure subroutine declare(self, table, has_tools)
       class(j2_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
@@ -89,8 +90,8 @@ contains
       call self%kinematic%declare(table)
    end subroutine declare
 
-   !> As all laws of plastic flow; with back stresses a few particles are solved for side by side, where one
-   !> of them flows.
+   !> As for all laws of plastic flow; with back stresses particles are solved in groups, unless none of a
+   !> group flows.
    pure subroutine update(self, column, layout, gradient, time_step, first, last)
       class(j2_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -112,8 +113,8 @@ contains
       end do
    end subroutine update
 
-   !> Of this law itself, without back stresses: with d the increment of plastic strain and H the slope of the
-   !> yield stress, 3 mu d falls by 3 mu/(3 mu + H) of what is added to the trial stress.
+   !> For this law itself, without back stresses: with d the increment of plastic strain and H the slope of
+   !> the yield stress, 3 mu d falls by 3 mu/(3 mu + H) of what is added to the trial stress.
    pure subroutine stress_tangent(self, column, layout, gradient, parts, time_step, count, slope, known)
       class(j2_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -148,7 +149,7 @@ contains
    end subroutine stress_tangent
 
    !> Return of n particles from p on to the yield surface about their back stresses (theory.md, eq.
-   !> kinematic). What does not flow keeps its bits.
+   !> kinematic). The stress of particles that do not flow keeps its bits.
    pure subroutine return_to_moved(self, column, layout, p, n, trial)
       class(j2_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -163,7 +164,7 @@ contains
       strain(:n) = column(p:p + n - 1, self%strain)
       call self%curve(strain(:m), strength(:m), slope(:m))
       excess(:m) = trial%size(:m) - strength(:m)
-      if (layout%damage > 0) & ! its stress is gone; back stresses would flow against nothing
+      if (layout%damage > 0) & ! the stress was removed; back stresses must not cause flow
          excess(:n) = merge(excess(:n), -1.0_wp, column(p:p + n - 1, layout%damage) < 1.0_wp)
       excess(n + 1:m) = -1.0_wp
       if (.not. any(excess(:n) > 0.0_wp)) return
@@ -188,7 +189,7 @@ contains
       end do
    end subroutine return_to_moved
 
-   !> That of elasticity, and what is stored in back stresses.
+   !> The elastic energy, and that stored in back stresses.
    pure real(wp) function strain_energy(self, column, layout, first, last) result(energy)
       class(j2_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -200,9 +201,9 @@ contains
    end function strain_energy
 
    !> The increments d of equivalent plastic strain with
-   !>    size(d) - drop(d) - 3 mu d = yield stress(strain + d),
-   !> by Newton's iteration kept within bounds: the left side less the right falls (by 3 mu at least) in d.
-   !> Each particle goes on until it is there, whatever those beside it do; what does not flow has d = 0.
+   !> size(d) - drop(d) - 3 mu d = yield stress(strain + d), by a safeguarded Newton iteration: the left side
+   !> minus the right decreases (by 3 mu at least) in d. Particles converge independently of each other; those
+   !> that do not flow have d = 0.
    pure subroutine find_flow(self, strain, excess, slope, trial, d)
       class(j2_t), intent(in) :: self
       real(wp), intent(in) :: strain(few) !< before the step
@@ -239,7 +240,7 @@ contains
       end do
    end subroutine find_flow
 
-   !> One iteration of one particle. `left_over` is what its residual is too large by, 0: it stays.
+   !> One iteration of one particle. `left_over` is the residual beyond the tolerance; at 0 d is not changed.
    pure elemental subroutine improve(residual, slope, allowed, low, high, d, left_over)
       real(wp), intent(in) :: residual, slope, allowed
       real(wp), intent(inout) :: low, high, d
@@ -279,7 +280,7 @@ contains
    end subroutine curve
 
    !> Segment k of the hardening curve: plastic strain at its two ends, and its slope (Pa). `is_last` has no
-   !> end.
+   !> upper end.
    pure subroutine segment(self, k, begin, end, slope, is_last)
       class(j2_t), intent(in) :: self
       integer, intent(in) :: k
@@ -300,7 +301,7 @@ contains
       end associate
    end subroutine segment
 
-   !> Walk the segments of the curve from where each particle stands: exact, whatever the number of kinks in a
+   !> Follow the segments of the curve from each particle's plastic strain: exact for any number of kinks in a
    !> step.
    pure subroutine flow(self, column, layout, time_step, first, last, lane)
       class(j2_t), intent(in) :: self
@@ -345,13 +346,14 @@ contains
       end do
    end subroutine flow
 
-   !> Flow within one segment until the trial stress is met or the segment ends; nothing where the segment
-   !> lies behind.
+   !> Flow within one segment until the trial stress is reached or the segment ends; none where the strain is
+   !> beyond the segment.
    pure elemental subroutine walk(before, end, slope, return_slope, beyond, strength, strain, work)
       real(wp), intent(in) :: before    !< plastic strain before the step
       real(wp), intent(in) :: end       !< of the segment
       real(wp), intent(in) :: slope     !< Pa
-      real(wp), intent(in) :: return_slope !< fall of the trial stress per plastic strain, 3 times the shear
+      real(wp), intent(in) :: return_slope !< decrease of the trial stress per plastic strain, 3 times the
+                                           !< shear
                                         !< modulus, Pa
       real(wp), intent(inout) :: beyond, strength, strain, work
       real(wp) :: part

@@ -11,9 +11,9 @@ module m_johnson_cook
    private
    public :: johnson_cook_t
 
-   integer, parameter :: iteration_limit = 40 !< two to six are needed, at the very first yield up to 16
-   !> Last change of ln d. The error that it leaves is at most half of its square, n/2 of it: round-off. Where
-   !> the rate is within this of the reference rate it is at most this.
+   integer, parameter :: iteration_limit = 40 !< two to six suffice, at first yield up to 16
+   !> Tolerance of the last change of ln d. The remaining error is at most half of its square, n/2 of it:
+   !> round-off. Where the rate is within this of the reference rate the error is at most this.
    real(wp), parameter :: close_enough = 3.0e-9_wp
 
    type, extends(plastic_t) :: johnson_cook_t
@@ -23,10 +23,10 @@ module m_johnson_cook
       real(wp) :: rate_coefficient = 0.0_wp     !< C
       real(wp) :: reference_rate = 1.0_wp       !< 1/s
       real(wp) :: thermal_exponent = 1.0_wp     !< m
-      real(wp) :: room_temperature = 293.15_wp  !< K; also that of the start
+      real(wp) :: room_temperature = 293.15_wp  !< K; also the initial temperature
       real(wp) :: melting_temperature = 0.0_wp  !< K
       real(wp) :: specific_heat = 0.0_wp        !< J/kg/K
-      real(wp) :: heat_fraction = 0.9_wp        !< of the plastic work that becomes heat
+      real(wp) :: heat_fraction = 0.9_wp        !< share of the plastic work converted to heat
       integer :: temperature = 0                !< column, K
    contains
       procedure :: variables
@@ -40,7 +40,7 @@ module m_johnson_cook
 
 contains
 
-   !> As of any elastic law, and it has a temperature.
+   !> As for any elastic law, with a temperature.
    pure type(failure_t) function failure(self)
       class(johnson_cook_t), intent(in) :: self
       failure = failure_t(acts=.true., warms=.true., lame=self%lame, shear=self%shear, &
@@ -66,7 +66,7 @@ contains
          call group%refuse('melting_temperature', 'must be above room_temperature')
    end subroutine variables
 
-   !> Those of plastic flow, and the temperature.
+   !> The fields of plastic flow, and the temperature.
    pure subroutine declare(self, table, has_tools)
       class(johnson_cook_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
@@ -76,7 +76,7 @@ contains
       self%temperature = table%column('temperature')
    end subroutine declare
 
-   !> The body is at room temperature.
+   !> The initial temperature is the room temperature.
    pure subroutine initial(self, column, layout, first, last)
       class(johnson_cook_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -87,7 +87,7 @@ contains
    end subroutine initial
 
    !> Flow at the temperature of the step's beginning, then heat. Particles that flow are gathered into lanes
-   !> first: few do, and powers are dear.
+   !> first: few do, and powers are expensive.
    pure subroutine flow(self, column, layout, time_step, first, last, lane)
       class(johnson_cook_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -134,14 +134,14 @@ contains
       values(self%temperature) = values(self%temperature) + heat/(self%specific_heat*values(layout%mass))
    end subroutine take_heat
 
-   !> 1 - T*^m, with T* between 0 and 1: cold material is no stronger than at room temperature, molten
-   !> material has no strength.
+   !> 1 - T*^m, with T* between 0 and 1: cold material has the strength of room temperature, molten material
+   !> has none.
    pure elemental real(wp) function thermal(room, melting, exponent, temperature)
       real(wp), intent(in) :: room, melting, exponent, temperature
       thermal = 1.0_wp - power(min(max((temperature - room)/(melting - room), 0.0_wp), 1.0_wp), exponent)
    end function thermal
 
-   !> x^n of an x that is not negative, to 1e-14. A vector of powers would stop at each 0.
+   !> x^n of a non-negative x, to 1e-14. A vectorised power would branch at each 0.
    pure elemental real(wp) function power(x, n)
       real(wp), intent(in) :: x, n
       real(wp), parameter :: least = 1.0e-300_wp
@@ -149,17 +149,18 @@ contains
       power = merge(power, 0.0_wp, x > least)
    end function power
 
-   !> Where trial - 3 mu d = yield stress(before + d, d/dt), by Newton's iteration in u = ln d. The yield
-   !> function is concave and falls in u (each term of the yield stress is convex and rises), and d =
-   !> excess/(3 mu) lies to the right of the root: from there the iteration comes down to the root and never
-   !> passes it, so it needs no other safeguard. In d itself it would: d^n and ln d are steep at 0.
+   !> Solve trial - 3 mu d = yield stress(before + d, d/dt) by Newton's iteration in u = ln d. The yield
+   !> function is concave and decreasing in u (each term of the yield stress is convex and rises), and d =
+   !> excess/(3 mu) lies to the right of the root: from there the iteration decreases monotonically to the
+   !> root, without a safeguard. In d itself it would need one: d^n and ln d are steep at 0.
    pure subroutine solve(self, time_step, trial, before, factor, excess, strain)
       class(johnson_cook_t), intent(in) :: self
       real(wp), intent(in) :: time_step
       real(wp), intent(in), contiguous :: trial(:)   !< von Mises stress, Pa
       real(wp), intent(in), contiguous :: before(:)  !< equivalent plastic strain before the step
-      real(wp), intent(in), contiguous :: factor(:)  !< of temperature
-      real(wp), intent(in), contiguous :: excess(:) !< trial stress less the yield stress at rest, above 0, Pa
+      real(wp), intent(in), contiguous :: factor(:)  !< temperature factor
+      real(wp), intent(in), contiguous :: excess(:) !< trial stress minus the yield stress at rest, above 0,
+                                                    !< Pa
       real(wp), intent(out), contiguous :: strain(:) !< increment of the equivalent plastic strain
       real(wp) :: u(lanes), change(lanes), slowest, worst
       integer :: i, iteration
@@ -180,7 +181,7 @@ contains
       strain = exp(u(:size(trial)))
    end subroutine solve
 
-   !> One iteration of one particle, none where the last change of u was small enough.
+   !> One iteration of one particle, without effect if the last change of u was small enough.
    pure elemental subroutine improve(a, b, n, c, slowest, return_slope, trial, before, factor, u, change)
       real(wp), intent(in) :: a, b, n, c, slowest, return_slope, trial, before, factor
       real(wp), intent(inout) :: u, change
@@ -191,7 +192,7 @@ contains
       beyond = trial - return_slope*strain - (a + hardening)*rate*factor
       slope = return_slope*strain + factor*(n*hardening*strain/(before + strain)*rate &
                                          + merge(c, 0.0_wp, u > slowest)*(a + hardening))
-      slope = merge(1.0_wp, 0.0_wp, abs(change) > close_enough)/slope ! no branch: vectors of exp stay
+      slope = merge(1.0_wp, 0.0_wp, abs(change) > close_enough)/slope ! no branch: exp stays vectorised
       change = beyond*slope
       u = u + change
    end subroutine improve

@@ -12,11 +12,11 @@ module m_kinematic
    public :: kinematic_t, trial_t, few
 
    integer, parameter :: most = 8 !< back stresses
-   integer, parameter :: few = 64  !< particles solved for side by side, at most
-   integer, parameter :: whole = 8 !< their number is rounded up to a multiple of this: vectors are full
+   integer, parameter :: few = 64  !< maximum number of particles solved together
+   integer, parameter :: whole = 8 !< the number is rounded up to a multiple of this, to fill vectors
 
-   !> Each grows at 2/3 C times the rate of plastic strain and is recalled at gamma times itself times the
-   !> rate of equivalent plastic strain.
+   !> Each back stress grows at 2/3 C times the rate of plastic strain and recovers at gamma times itself
+   !> times the rate of equivalent plastic strain.
    type :: kinematic_t
       real(wp), allocatable :: modulus(:)  !< C, Pa
       real(wp), allocatable :: recovery(:) !< gamma; 0: linear
@@ -33,25 +33,25 @@ module m_kinematic
       procedure :: stored
    end type kinematic_t
 
-   !> Some particles side by side while their flow is sought: x = s - sum of exp(-gamma d) alpha, which is
-   !> x(0) + sum of m alpha, m = 1 - exp(-gamma d). Its square needs products of x(0) and alpha only.
+   !> Particles solved together: x = s - sum of exp(-gamma d) alpha, which is x(0) + sum of m alpha, m = 1 -
+   !> exp(-gamma d). Its square needs products of x(0) and alpha only.
    type :: trial_t
-      integer :: n = 0                   !< places in use; those beyond the particles are as the first
-      real(wp) :: x(few, 6)              !< Pa; of no flow, then of the flow that has been found
-      real(wp) :: back(few, 6, most)     !< alpha at the step's beginning, turned
-      real(wp) :: square(few)            !< x : x of no flow, Pa2
-      real(wp) :: mixed(few, most)       !< x : alpha of no flow
+      integer :: n = 0                   !< entries in use; those beyond the particles copy the first one
+      real(wp) :: x(few, 6)              !< Pa; without flow, then after the flow found
+      real(wp) :: back(few, 6, most)     !< alpha at the step's beginning, rotated
+      real(wp) :: square(few)            !< x : x without flow, Pa2
+      real(wp) :: mixed(few, most)       !< x : alpha without flow
       real(wp) :: backs(few, most, most) !< alpha : alpha
-      real(wp) :: left(few, most)        !< exp(-gamma d): the share of alpha that is left
+      real(wp) :: left(few, most)        !< exp(-gamma d): the remaining share of alpha
       real(wp) :: grown(few, most)       !< (1 - exp(-gamma d))/gamma
       real(wp) :: size(few)              !< von Mises measure of x, Pa
-      real(wp) :: drop(few)              !< what flow takes of `size` by growing back stresses, Pa
+      real(wp) :: drop(few)              !< reduction of `size` by growing back stresses, Pa
       real(wp) :: slope(few)             !< d (size - drop)/d d, Pa
    end type trial_t
 
 contains
 
-   !> The two lists of the group; without them there is none.
+   !> The two lists of the group; without them there are no back stresses.
    subroutine variables(self, group)
       class(kinematic_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group
@@ -73,7 +73,7 @@ contains
       is_used = allocated(self%modulus)
    end function is_used
 
-   !> One tensor each, a deviator.
+   !> One deviatoric tensor each.
    pure subroutine declare(self, table)
       class(kinematic_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
@@ -87,7 +87,7 @@ contains
       end do
    end subroutine declare
 
-   !> Back stresses turn as the stress does: by the elastic law without stiffness.
+   !> Rotate back stresses as the stress: by the elastic law with zero stiffness.
    pure subroutine turn(self, column, layout, gradient, time_step, first, last)
       class(kinematic_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -138,7 +138,7 @@ contains
       end associate
    end subroutine relative
 
-   !> What else `evaluate_trial` needs of these particles; and what `evaluate_trial` says of no flow.
+   !> The other products that `evaluate_trial` needs for these particles, and its result without flow.
    pure subroutine prepare(self, column, p, n, trial)
       class(kinematic_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -166,8 +166,8 @@ contains
       end do
    end subroutine prepare
 
-   !> What the trials are like after flow by d (equivalent plastic strain). For flow in one direction the law
-   !> is integrated exactly.
+   !> The state of the trials after flow by d (equivalent plastic strain). For flow in a fixed direction the
+   !> law is integrated exactly.
    pure subroutine evaluate_trial(self, d, trial)
       class(kinematic_t), intent(in) :: self
       real(wp), intent(in) :: d(few)
@@ -204,7 +204,7 @@ contains
       end do
    end subroutine evaluate_trial
 
-   !> a : b of symmetric tensors side by side.
+   !> a : b of the symmetric tensors of n particles.
    pure subroutine products(n, a, b, found)
       integer, intent(in) :: n
       real(wp), intent(in) :: a(few, 6), b(few, 6)
@@ -217,8 +217,8 @@ contains
       end do
    end subroutine products
 
-   !> exp(-gamma d), and (1 - exp(-gamma d))/gamma to all digits: by its series where gamma d is small. Linear
-   !> without recovery.
+   !> exp(-gamma d), and (1 - exp(-gamma d))/gamma to full precision: by its series where gamma d is small.
+   !> Linear without recovery.
    pure subroutine shares(n, gamma, d, left, grown)
       integer, intent(in) :: n
       real(wp), intent(in) :: gamma, d(few)
@@ -243,16 +243,15 @@ contains
       end do
    end subroutine shares
 
-   !> a : b of symmetric tensors, xx yy zz yz xz xy. Scalars, so that loops around it become those of vectors.
+   !> a : b of symmetric tensors, xx yy zz yz xz xy. Scalars, so that loops around it are vectorised.
    pure elemental real(wp) function product_of(a1, a2, a3, a4, a5, a6, b1, b2, b3, b4, b5, b6)
       real(wp), intent(in) :: a1, a2, a3, a4, a5, a6, b1, b2, b3, b4, b5, b6
       product_of = a1*b1 + a2*b2 + a3*b3 + 2.0_wp*(a4*b4 + a5*b5 + a6*b6)
    end function product_of
 
-   !> Back stresses of n particles from p on after flow by d along x, as `evaluate_trial` has left them, and
-   !> what they dissipate meanwhile per volume: their work less what they store (J/m3). x becomes that of this
-   !> flow.
-   !> Those with d = 0 stay.
+   !> Update the back stresses of n particles from p on after flow by d along x, as computed by
+   !> `evaluate_trial`, and their dissipation per volume: their work minus the energy stored (J/m3). x becomes
+   !> that after the flow. Those with d = 0 are not changed.
    pure subroutine advance(self, d, trial, column, p, n, dissipated)
       class(kinematic_t), intent(in) :: self
       real(wp), intent(in) :: d(few)

@@ -1,6 +1,6 @@
-!> What laws of anisotropic elasticity share: axes of the material that turn with it, moduli along these axes,
-!> and the stress (theory.md, eqs lattice, lattice-stress). The state is the elastic stretch along the axes
-!> and their orientation: a tensor and a rotation, each of which can be averaged when particles merge.
+!> Shared by laws of anisotropic elasticity: material axes that rotate with the material, moduli along these
+!> axes, and the stress (theory.md, eqs lattice, lattice-stress). The state is the elastic stretch along the
+!> axes and their orientation: a tensor and a rotation, each of which can be averaged when particles merge.
 module m_lattice
    use m_kinds, only: wp
    use m_field_table, only: field_table_t, layout_t
@@ -51,8 +51,8 @@ contains
       is_oriented = .true.
    end function is_oriented
 
-   !> The moduli, and what follows from them. A matrix that is not positive definite is refused in the name of
-   !> a variable.
+   !> Set the moduli and derived data. A matrix that is not positive definite is an error of the named
+   !> variable.
    subroutine set_stiffness(self, group, name, stiffness)
       class(lattice_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group
@@ -69,8 +69,8 @@ contains
       end if
    end subroutine set_stiffness
 
-   !> Largest p.Gamma(n).p of unit vectors p and n, Gamma the acoustic tensor: uphill in one and the other by
-   !> turns, from many starts.
+   !> Largest p.Gamma(n).p of unit vectors p and n, Gamma the acoustic tensor: alternating maximisation in p
+   !> and n, from many starts.
    pure real(wp) function fastest_wave(stiffness) result(largest)
       real(wp), intent(in) :: stiffness(6, 6)
       real(wp) :: starts(3, 13), n(3), p(3), s(3, 3)
@@ -118,7 +118,7 @@ contains
       p_wave_modulus = self%fastest
    end function p_wave_modulus
 
-   !> Of a stress along the axes of the material.
+   !> For a stress along the axes of the material.
    pure real(wp) function complementary_energy(self, stress) result(energy)
       class(lattice_t), intent(in) :: self
       real(wp), intent(in) :: stress(6)
@@ -134,7 +134,7 @@ contains
       r = matrix_of(q/norm2(q))
    end function axes_of
 
-   !> Of a stress in a particle, along the grid's axes.
+   !> For a stress in a particle, along the grid's axes.
    pure real(wp) function energy_of_stress(self, values, layout, stress) result(energy)
       class(lattice_t), intent(in) :: self
       real(wp), intent(in) :: values(:)
@@ -156,7 +156,7 @@ contains
       self%orientation = table%column('orientation')
    end subroutine declare_lattice
 
-   !> Without stretch. The orientation is that of the body or its grain; where none has been set, the axes are
+   !> Initially no stretch. The orientation is that of the body or its grain; if none was set, the axes are
    !> those of the grid.
    pure subroutine initial_lattice(self, column, layout, first, last)
       class(lattice_t), intent(in) :: self
@@ -171,7 +171,7 @@ contains
       end do
    end subroutine initial_lattice
 
-   !> The elastic stretch with a given stress, by steps of the linear law: they come nearer by a factor of
+   !> The elastic stretch of a given stress, by iterations with the linear law: they converge by a factor of
    !> about the strain each.
    pure subroutine begin_stressed(self, stress, column, layout, first, last)
       class(lattice_t), intent(in) :: self
@@ -198,7 +198,7 @@ contains
       end do
    end subroutine begin_stressed
 
-   !> Cauchy's stress along the axes for an elastic stretch, Pa.
+   !> Cauchy stress along the axes for an elastic stretch, Pa.
    pure function stress_along_axes(stiffness, u) result(t)
       real(wp), intent(in) :: stiffness(6, 6), u(3, 3)
       real(wp) :: t(3, 3), inverse(3, 3), jacobian
@@ -220,7 +220,7 @@ contains
       integer :: p
       do p = first, last
          q = column(p, self%orientation:self%orientation + 3)
-         q = q/norm2(q) ! of merged particles it is a mean
+         q = q/norm2(q) ! in merged particles it is a mean
          r = matrix_of(q)
          u = tensor_of(column(p, self%elastic:self%elastic + 5))
          u = u + time_step*matmul(matmul(transpose(r), matmul(gradient_of(gradient, p), r)), u)
@@ -229,7 +229,7 @@ contains
    end subroutine update
 
    !> Orientation, stretch and stress of particle p after a step, from its new elastic deformation gradient
-   !> along the axes as they were at the step's beginning.
+   !> along the axes at the step's beginning.
    pure subroutine settle(self, column, layout, p, q, f)
       class(lattice_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -248,8 +248,8 @@ contains
       column(p, layout%stress:layout%stress + 5) = columns_of(t)
    end subroutine settle
 
-   !> K : E with E = (U^2 - U^-2)/4, which differs from the logarithmic strain in its third power only (Bazant
-   !> 1998), in columns.
+   !> K : E with E = (U^2 - U^-2)/4, which differs from the logarithmic strain only in third order (Bazant
+   !> 1998), as columns.
    pure function lattice_stress(stiffness, u, inverse) result(t)
       real(wp), intent(in) :: stiffness(6, 6), u(3, 3), inverse(3, 3)
       real(wp) :: t(6)
@@ -286,7 +286,7 @@ contains
       t(1, 3) = s(5); t(2, 3) = s(4); t(3, 3) = s(3)
    end function tensor_of
 
-   !> The columns of a tensor, of its symmetric part where it has another.
+   !> The columns of a tensor's symmetric part.
    pure function columns_of(t) result(s)
       real(wp), intent(in) :: t(3, 3)
       real(wp) :: s(6)
@@ -311,7 +311,7 @@ contains
       end do
    end function strain_energy
 
-   !> |U R^T n|: of the elastic deformation, which is all there is without flow.
+   !> |U R^T n|: of the elastic deformation, which is the total one without flow.
    pure real(wp) function stretch(self, values, layout, direction)
       class(lattice_t), intent(in) :: self
       real(wp), intent(in) :: values(:)

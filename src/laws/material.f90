@@ -1,5 +1,5 @@
-!> What a material law must offer. One law is one file that extends material_t, or isotropic_t, and one line
-!> in materials.f90.
+!> Interface of a material law. A law is one file that extends material_t, or isotropic_t, and one line in
+!> materials.f90.
 module m_material
    use m_kinds, only: wp
    use m_field_table, only: field_table_t, layout_t
@@ -8,13 +8,13 @@ module m_material
    private
    public :: material_t
 
-   !> What failure (&damage) asks of a law.
+   !> Properties of a law that failure (&damage) needs.
    type, public :: failure_t
-      logical :: acts = .false.      !< the law keeps what its stress is set to: it can fail
-      logical :: by_volume = .false. !< its pressure follows from its volume: tension that was lost is not
-                                     !< owed
+      logical :: acts = .false.      !< the law retains a modified stress: it supports failure
+      logical :: by_volume = .false. !< its pressure follows from its volume: removed tension need not be
+                                     !< recovered
       logical :: warms = .false.     !< it has a temperature
-      real(wp) :: lame = 0.0_wp, shear = 0.0_wp !< moduli, of which the energy of a stress is made, Pa
+      real(wp) :: lame = 0.0_wp, shear = 0.0_wp !< moduli for the energy of a stress, Pa
       real(wp) :: room = 0.0_wp, melting = 1.0_wp !< K
    end type failure_t
 
@@ -54,15 +54,15 @@ module m_material
          class(material_t), intent(in) :: self
       end function modulus_interface
 
-      !> Elastic energy per volume that a stress takes, sigma : C^-1 : sigma / 2, J/m3.
+      !> Elastic energy per volume of a stress, sigma : C^-1 : sigma / 2, J/m3.
       pure real(wp) function stress_interface(self, stress)
          import :: material_t, wp
          class(material_t), intent(in) :: self
          real(wp), intent(in) :: stress(6) !< xx yy zz yz xz xy, Pa
       end function stress_interface
 
-      !> Advance the stress of particles first..last (all of this material) by dt times their velocity
-      !> gradient. gradient(:, 9), 1/s: d v_i / d x_j at 3 (j-1) + i. The volume has not been advanced yet.
+      !> Update the stress of particles first..last (all of this material) by dt times their velocity
+      !> gradient. gradient(:, 9), 1/s: d v_i / d x_j at 3 (j-1) + i. The volume has not been updated yet.
       pure subroutine update_interface(self, column, layout, gradient, time_step, first, last)
          import :: material_t, layout_t, wp
          class(material_t), intent(in) :: self
@@ -82,8 +82,8 @@ module m_material
          integer, intent(in) :: first, last
       end function energy_interface
 
-      !> How much thicker or thinner a particle has become across a face with this normal: current over first
-      !> thickness. Huge where the particle's columns do not tell, which may be so in scenes without tools.
+      !> Stretch of a particle's thickness normal to a face: current over initial thickness. Huge where the
+      !> particle's columns do not give it, which is allowed in scenes without tools.
       pure real(wp) function stretch_interface(self, values, layout, direction)
          import :: material_t, layout_t, wp
          class(material_t), intent(in) :: self
@@ -107,21 +107,20 @@ contains
       constants = [s11 + s12, -s12, (s11 - s12)*(s11 + 2.0_wp*s12)/s44]/((s11 - s12)*(s11 + 2.0_wp*s12))
    end function cubic_constants
 
-   !> In how many parts the law is to take a quasi-static step; more where the stress changes much with time
-   !> alone.
+   !> Number of parts of a quasi-static step for the law; more where the stress changes much with time alone.
    pure integer function static_parts(self)
       class(material_t), intent(in) :: self
       static_parts = 1
    end function static_parts
 
-   !> How the law takes failure; where it does not say, it cannot fail.
+   !> The law's behaviour on failure; by default it does not support failure.
    pure type(failure_t) function failure(self)
       class(material_t), intent(in) :: self
       failure = failure_t()
    end function failure
 
-   !> No `stretch` of a particle is larger, in whichever direction; huge where the law does not say. The
-   !> search for contact looks less far where it is small.
+   !> Upper bound of a particle's `stretch` in all directions; huge if the law gives none. A small bound
+   !> shortens the search for contact.
    pure real(wp) function max_stretch(self, values, layout)
       class(material_t), intent(in) :: self
       real(wp), intent(in) :: values(:) !< the particle's columns
@@ -129,16 +128,16 @@ contains
       max_stretch = huge(1.0_wp)
    end function max_stretch
 
-   !> Add the fields that the law needs beyond stress, and remember their columns; most need none. The
+   !> Declare the fields that the law needs beyond stress, and store their columns; most laws need none. The
    !> particles of all bodies of a scene carry them.
    pure subroutine declare(self, table, has_tools)
       class(material_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
-      logical, intent(in) :: has_tools !< the scene has: `stretch` is asked for
+      logical, intent(in) :: has_tools !< the scene has tools: `stretch` will be used
    end subroutine declare
 
-   !> First values of the law's own fields for the new particles first..last; those that start at zero need
-   !> none.
+   !> Initial values of the law's own fields for the new particles first..last; not needed for fields that
+   !> start at zero.
    pure subroutine initial(self, column, layout, first, last)
       class(material_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -146,18 +145,18 @@ contains
       integer, intent(in) :: first, last
    end subroutine initial
 
-   !> Give the law's own fields the values with which the new particles first..last bear the stress that they
-   !> begin with; after `initial`. A law that goes on from the stress itself needs none.
+   !> Set the law's own fields so that the new particles first..last are in the state of their initial stress;
+   !> after `initial`. Not needed for a law that updates the stress itself.
    pure subroutine begin_stressed(self, stress, column, layout, first, last)
       class(material_t), intent(in) :: self
-      real(wp), intent(in) :: stress(6) !< xx yy zz yz xz xy, Pa; that of the particles already
+      real(wp), intent(in) :: stress(6) !< xx yy zz yz xz xy, Pa; already the particles' stress
       real(wp), intent(inout), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: first, last
    end subroutine begin_stressed
 
-   !> True when particles first..last (all of this material) stay as they are, to the bit, as long as they do
-   !> not move; they bear no stress. A law with fields that go on by themselves says until when.
+   !> True when particles first..last (all of this material), which bear no stress, do not change by a bit as
+   !> long as they do not move. A law with fields that evolve with time returns false until these are at rest.
    pure logical function is_at_rest(self, column, layout, first, last)
       class(material_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -175,7 +174,7 @@ contains
       plastic_energy = 0.0_wp
    end function plastic_energy
 
-   !> A particle gets heat (J); a law without temperature has no use for it.
+   !> Add heat (J) to a particle; ignored by a law without temperature.
    pure subroutine take_heat(self, values, layout, heat)
       class(material_t), intent(in) :: self
       real(wp), intent(inout) :: values(:) !< the particle's columns
@@ -183,35 +182,35 @@ contains
       real(wp), intent(in) :: heat         !< J
    end subroutine take_heat
 
-   !> True of a law whose particles may flow.
+   !> True for a law with plastic flow.
    pure logical function may_flow(self)
       class(material_t), intent(in) :: self
       may_flow = .false.
    end function may_flow
 
-   !> Of a particle; a law without plastic flow has none.
+   !> Of a particle; 0 for a law without plastic flow.
    pure real(wp) function equivalent_plastic_strain(self, values) result(strain)
       class(material_t), intent(in) :: self
       real(wp), intent(in) :: values(:) !< the particle's columns
       strain = 0.0_wp
    end function equivalent_plastic_strain
 
-   !> The derivative of the stress of particles 1..count after a step by the gradient A of its displacement,
-   !> of laws that have it in closed form: d c/d kl at 6 (kl-1) + c, Pa. `column`: at the step's beginning.
+   !> The derivative of the stress of particles 1..count after a step by the displacement gradient A of the
+   !> step, for laws with a closed form: d c/d kl at 6 (kl-1) + c, Pa. `column`: at the step's beginning.
    pure subroutine stress_tangent(self, column, layout, gradient, parts, time_step, count, slope, known)
       class(material_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
-      real(wp), intent(in), contiguous :: gradient(:, :) !< (count, 9): A, not by time
-      integer, intent(in) :: parts !< in which the step is taken
+      real(wp), intent(in), contiguous :: gradient(:, :) !< (count, 9): A, not a rate
+      integer, intent(in) :: parts !< number of parts of the step
       integer, intent(in) :: count
       real(wp), intent(in) :: time_step !< of all parts together, s
       real(wp), intent(inout), contiguous :: slope(:, :) !< (count, 54)
-      logical, intent(out) :: known !< false: differences of the stress have to do
+      logical, intent(out) :: known !< false: finite differences of the stress must be used
       known = .false.
    end subroutine stress_tangent
 
-   !> True where the law wants a smaller step than that which particles first..last have taken.
+   !> True where the law requests a smaller step than the one just taken by particles first..last.
    pure logical function requests_cutback(self, column, first, last)
       class(material_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -219,22 +218,21 @@ contains
       requests_cutback = .false.
    end function requests_cutback
 
-   !> True of a law whose stress may change with time alone, as by creep.
+   !> True for a law whose stress may change with time alone, as by creep.
    pure logical function is_time_dependent(self)
       class(material_t), intent(in) :: self
       is_time_dependent = .false.
    end function is_time_dependent
 
-   !> What is wrong with a particle whose stress the law has made no number, for the end of a sentence; empty:
-   !> the law does no such thing.
+   !> The reason for a NaN stress set by the law, as the end of a message; empty: the law never does this.
    pure function fault_text(self) result(text)
       class(material_t), intent(in) :: self
       character(len=:), allocatable :: text
       text = ''
    end function fault_text
 
-   !> The complementary energy of a stress in a particle, J/m3: the same, but for a law whose moduli have
-   !> directions.
+   !> The complementary energy of a stress in a particle, J/m3: overridden by laws with direction-dependent
+   !> moduli.
    pure real(wp) function energy_of_stress(self, values, layout, stress) result(energy)
       class(material_t), intent(in) :: self
       real(wp), intent(in) :: values(:) !< the particle's columns
@@ -243,15 +241,15 @@ contains
       energy = self%complementary_energy(stress)
    end function energy_of_stress
 
-   !> Von Mises stress over equivalent elastic strain, Pa; here that of shear in the plane of y and z.
+   !> Von Mises stress over equivalent elastic strain, Pa; by default that of shear in the plane of y and z.
    pure real(wp) function von_mises_modulus(self) result(modulus)
       class(material_t), intent(in) :: self
       modulus = 0.5_wp/self%complementary_energy([0.0_wp, 0.0_wp, 0.0_wp, sqrt(1.0_wp/3.0_wp), 0.0_wp, &
                                                  0.0_wp])
    end function von_mises_modulus
 
-   !> Largest modulus of a plane wave in particles first..last as they are (all of this material), Pa, in the
-   !> sense of p_wave_modulus; a law that stiffens says more than that.
+   !> Largest plane-wave modulus in the present state of particles first..last (all of this material), Pa,
+   !> defined as p_wave_modulus; laws that stiffen override it.
    pure real(wp) function present_modulus(self, column, layout, first, last) result(modulus)
       class(material_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)

@@ -11,7 +11,7 @@ module m_materials
 
 contains
 
-   !> Add all laws to a catalogue. One line a law: it brings its own `use`.
+   !> Add all laws to a catalogue. One line a law, with its own `use`.
    subroutine known_materials(catalogue)
       type(catalogue_t), intent(inout) :: catalogue
       block; use m_elastic, only: elastic_t; call add('elastic', elastic_t()); end block
@@ -39,8 +39,8 @@ contains
       end subroutine add
    end subroutine known_materials
 
-   !> A material group of an isotropic law for programs that make a scene themselves. Variables of the law's
-   !> own keep their defaults.
+   !> A material group of an isotropic law for programs that create scenes. Variables of the law's own keep
+   !> their defaults.
    function material_of(name, model, density, young, poisson) result(spec)
       character(len=*), intent(in) :: name, model !< `model` as in a scene
       real(wp), intent(in) :: density             !< kg/m3

@@ -1,5 +1,5 @@
-!> Viscoelasticity as a Prony series: an elastic spring and branches of a spring and a dashpot beside it, in
-!> shear and in bulk (generalised Maxwell model; theory.md, eq. maxwell).
+!> Viscoelasticity as a Prony series: an elastic spring in parallel with branches of a spring and a dashpot,
+!> in shear and in bulk (generalised Maxwell model; theory.md, eq. maxwell).
 module m_maxwell
    use m_kinds, only: wp
    use m_text, only: to_text
@@ -14,17 +14,17 @@ module m_maxwell
    public :: maxwell_t
 
    integer, parameter :: lanes = 128, max_branches = 16
-   real(wp), parameter :: short = 0.1_wp !< of a relaxation time: such a step's work is taken by Simpson's
-                                         !< rule
+   real(wp), parameter :: short = 0.1_wp !< of a relaxation time: the work of shorter steps is computed by
+                                         !< Simpson's rule
 
-   !> `young` and `poisson` are the moduli at once. A branch has the share shear_ratios of the shear modulus
-   !> and bulk_ratios of the bulk modulus; what is left stays for ever.
+   !> `young` and `poisson` are the instantaneous moduli. A branch has the share shear_ratios of the shear
+   !> modulus and bulk_ratios of the bulk modulus; the remainder is the long-term modulus.
    type, extends(isotropic_t) :: maxwell_t
       real(wp), allocatable :: relaxation_times(:) !< s
       real(wp), allocatable :: shear_ratios(:), bulk_ratios(:)
-      integer :: spring = 0              !< first column of the stress of the lone spring
-      integer, allocatable :: branch(:)  !< of each branch
-      integer :: work = 0                !< column of what the dashpots have taken, J
+      integer :: spring = 0              !< first column of the stress of the single spring
+      integer, allocatable :: branch(:)  !< first column of each branch's stress
+      integer :: work = 0                !< column of the energy dissipated by the dashpots, J
       integer :: shape = 0               !< first column of the left Cauchy-Green tensor; 0 without tools
    contains
       procedure :: variables
@@ -69,7 +69,7 @@ contains
       end subroutine check
    end subroutine variables
 
-   !> A stress for the lone spring and one for each branch.
+   !> A stress for the single spring and one for each branch.
    pure subroutine declare(self, table, has_tools)
       class(maxwell_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
@@ -103,7 +103,7 @@ contains
       is_time_dependent = .true.
    end function is_time_dependent
 
-   !> All branches have relaxed: the spring beside them bears it.
+   !> All branches have relaxed: the single spring bears the stress.
    pure subroutine begin_stressed(self, stress, column, layout, first, last)
       class(maxwell_t), intent(in) :: self
       real(wp), intent(in) :: stress(6)
@@ -113,7 +113,7 @@ contains
       column(first:last, self%spring:self%spring + 5) = spread(stress, 1, last - first + 1)
    end subroutine begin_stressed
 
-   !> Not as long as a branch bears stress: it relaxes, even where all together bear none.
+   !> False as long as a branch bears stress: it relaxes, even where the total stress is zero.
    pure logical function is_at_rest(self, column, layout, first, last)
       class(maxwell_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -128,7 +128,7 @@ contains
       end do
    end function is_at_rest
 
-   !> Shear and bulk modulus (Pa) of a branch, of the lone spring for 0.
+   !> Shear and bulk modulus (Pa) of a branch, of the single spring for 0.
    pure subroutine moduli(self, k, shear, bulk)
       class(maxwell_t), intent(in) :: self
       integer, intent(in) :: k
@@ -154,8 +154,8 @@ contains
       end do
    end subroutine update
 
-   !> The stress of each branch turns as that of eq. elastic, and is advanced exactly for a strain that grows
-   !> evenly over the step.
+   !> The stress of each branch is rotated as that of eq. elastic, and integrated exactly for a constant
+   !> strain rate over the step.
    pure subroutine advance(self, column, layout, gradient, time_step, first, last)
       class(maxwell_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -234,7 +234,7 @@ contains
       stress = after
    end subroutine relax
 
-   !> Add a multiple of h : C^-1 : h/2, J/m3; a modulus that is 0 stores nothing.
+   !> Add a multiple of h : C^-1 : h/2, J/m3; a modulus of 0 stores nothing.
    pure subroutine add_stored(n, shear, bulk, h, factor, energy)
       integer, intent(in) :: n
       real(wp), intent(in) :: shear, bulk, h(n, 6), factor
@@ -254,7 +254,7 @@ contains
       end do
    end subroutine add_stored
 
-   !> (1 - exp(-x))/x, to all digits where x is small.
+   !> (1 - exp(-x))/x, to full precision where x is small.
    pure real(wp) function decayed(x)
       real(wp), intent(in) :: x
       real(wp) :: t
@@ -275,7 +275,7 @@ contains
       if (bulk > 0.0_wp) mixed = mixed + 2.0_wp*p*q/bulk
    end function mixed
 
-   !> What is in the springs, J.
+   !> Energy stored in the springs, J.
    pure real(wp) function strain_energy(self, column, layout, first, last) result(energy)
       class(maxwell_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -302,7 +302,7 @@ contains
       end do
    end function strain_energy
 
-   !> What the dashpots have taken, J.
+   !> Energy dissipated by the dashpots, J.
    pure real(wp) function plastic_energy(self, column, first, last)
       class(maxwell_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -310,7 +310,7 @@ contains
       plastic_energy = sum(column(first:last, self%work))
    end function plastic_energy
 
-   !> sqrt(n . b . n); huge, which says nothing, without tools.
+   !> sqrt(n . b . n); huge without tools.
    pure real(wp) function stretch(self, values, layout, direction)
       class(maxwell_t), intent(in) :: self
       real(wp), intent(in) :: values(:)

@@ -1,4 +1,4 @@
-!> Pressure by the equation of state of Mie and Grueneisen about a straight Hugoniot curve, beside the
+!> Pressure by the equation of state of Mie and Grueneisen about a linear Hugoniot curve, combined with the
 !> strength of another law (theory.md, eqs mie-grueneisen, shock-energy).
 module m_mie_grueneisen
    use m_kinds, only: wp, i8
@@ -14,18 +14,18 @@ module m_mie_grueneisen
 
    character(len=*), parameter :: strengths(3) = [character(len=12) :: 'none', 'j2', 'johnson_cook']
    integer, parameter :: of_none = 1, of_j2 = 2
-   real(wp), parameter :: not_a_number = transfer(-2251799813685248_i8, 1.0_wp) !< quiet, as a pattern of bits
+   real(wp), parameter :: not_a_number = transfer(-2251799813685248_i8, 1.0_wp) !< quiet, as a bit pattern
 
-   !> A law of strength gives the deviator, this one the pressure.
+   !> A strength law gives the deviator, this one the pressure.
    type, extends(material_t) :: mie_grueneisen_t
-      integer :: strength = of_none        !< which of `strengths`
-      type(j2_t) :: j2                     !< those that may be
+      integer :: strength = of_none        !< index in `strengths`
+      type(j2_t) :: j2                     !< the possible ones
       type(johnson_cook_t) :: johnson_cook
-      real(wp) :: sound_speed = 0.0_wp     !< c0: shock speed over particle speed at first, m/s
+      real(wp) :: sound_speed = 0.0_wp     !< c0: shock speed for vanishing particle speed, m/s
       real(wp) :: hugoniot_slope = 0.0_wp  !< s: Us = c0 + s up
       real(wp) :: grueneisen = 0.0_wp      !< Gamma0, and Gamma rho = Gamma0 rho0
       integer :: energy = 0                !< column: internal energy per mass without that of shear, J/kg
-      integer :: heat = 0                  !< column: what of it came from bulk viscosity and friction, J
+      integer :: heat = 0                  !< column: part of it due to bulk viscosity and friction, J
       integer :: work = 0                  !< column: plastic work, J; 0 without strength
       integer :: mass = 0                  !< column
    contains
@@ -53,7 +53,7 @@ module m_mie_grueneisen
 
 contains
 
-   !> Its pressure follows from its volume; of what failure takes the energy is that of the deviator.
+   !> Its pressure follows from its volume; failure removes the energy of the deviator only.
    pure type(failure_t) function failure(self)
       class(mie_grueneisen_t), intent(in) :: self
       failure = failure_t(acts=.true., by_volume=.true., shear=self%von_mises_modulus()/3.0_wp)
@@ -123,7 +123,7 @@ contains
       end if
    end subroutine initial
 
-   !> The law of strength first, of which the deviator stays; then the pressure.
+   !> Update by the strength law, of which the deviator is kept; then the pressure.
    pure subroutine update(self, column, layout, gradient, time_step, first, last)
       class(mie_grueneisen_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -150,7 +150,7 @@ contains
    end subroutine update
 
    !> p and the energy at the step's end: de = -(p + q) dv + plastic work, with the mean of the pressures of
-   !> both ends and the viscous pressure q that acts in the step; linear in e (theory.md, eq. shock-energy).
+   !> both ends and the viscous pressure q of the step; linear in e (theory.md, eq. shock-energy).
    pure subroutine apply_pressure(self, column, layout, gradient, time_step, first, last, before, plastic)
       class(mie_grueneisen_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -171,7 +171,7 @@ contains
          failed = 0.0_wp
          if (d > 0) failed = merge(1.0_wp, 0.0_wp, column(first:last, d) >= 1.0_wp)
          if (q > 0) then
-            ! the work of the viscosity, as it is booked there
+            ! the work of the viscosity, as recorded by that effect
             do p = first, last
                viscous(p - first + 1) = -time_step*column(p, q)*&
                                         (gradient(p, 1) + gradient(p, 5) + gradient(p, 9)) &
@@ -191,13 +191,13 @@ contains
                                                         gradient(p, 6), gradient(p, 7), gradient(p, 8), &
                                                         gradient(p, 9))
             change = (volume - column(p, layout%volume))/column(p, layout%mass)
-            ! what has failed bears no shear that could flow
+            ! failed material has no plastic work
             column(p, e) = column(p, e) + (viscous(i) + (1.0_wp - failed(i))*plastic(i)) &
                            /column(p, layout%mass) - 0.5_wp*before(i)*change
             pressure = (cold(self%density*self%sound_speed**2, self%grueneisen, self%hugoniot_slope, &
                              1.0_wp - volume*self%density/column(p, layout%mass)) + gain*column(p, e)) &
                        /(1.0_wp + 0.5_wp*gain*change)
-            ! it is pulled apart without work
+            ! failed material has no tension: it expands without work
             pressure = merge(max(pressure, 0.0_wp), pressure, failed(i) > 0.0_wp)
             column(p, e) = column(p, e) - 0.5_wp*pressure*change
             mean = (column(p, s) + column(p, s + 1) + column(p, s + 2))/3.0_wp
@@ -216,8 +216,8 @@ contains
                   + dt*l13*(dt*l21*dt*l32 - (1.0_wp + dt*l22)*dt*l31)
    end function stretched
 
-   !> Pressure (Pa) without internal energy at eta = 1 - rho0/rho; in tension straight on. Not a number where
-   !> the Hugoniot curve has ended (s eta = 1).
+   !> Pressure (Pa) without internal energy at eta = 1 - rho0/rho; extended linearly in tension. NaN beyond
+   !> the end of the Hugoniot curve (s eta = 1).
    pure elemental real(wp) function cold(stiffness, grueneisen, slope, eta)
       real(wp), intent(in) :: stiffness !< rho0 c0^2, Pa
       real(wp), intent(in) :: grueneisen, slope, eta
@@ -228,7 +228,7 @@ contains
       cold = stiffness*eta*(1.0_wp - 0.5_wp*grueneisen*squeezed)/(rest*rest)
    end function cold
 
-   !> Into the internal energy, beside that of shocks, and the temperature where there is one.
+   !> Add to the internal energy, also to the heat of shocks, and to the temperature if there is one.
    pure subroutine take_heat(self, values, layout, heat)
       class(mie_grueneisen_t), intent(in) :: self
       real(wp), intent(inout) :: values(:)
@@ -239,13 +239,13 @@ contains
       if (self%takes_heat()) call self%johnson_cook%take_heat(values, layout, heat)
    end subroutine take_heat
 
-   !> True with a law of strength that has a temperature.
+   !> True with a strength law that has a temperature.
    pure logical function takes_heat(self)
       class(mie_grueneisen_t), intent(in) :: self
       takes_heat = self%strength > of_j2
    end function takes_heat
 
-   !> Of strength, Pa.
+   !> Shear modulus of the strength law, Pa.
    pure real(wp) function shear(self)
       class(mie_grueneisen_t), intent(in) :: self
       select case (self%strength)
@@ -261,7 +261,8 @@ contains
       p_wave_modulus = self%density*self%sound_speed**2 + 4.0_wp/3.0_wp*self%shear()
    end function p_wave_modulus
 
-   !> Of the stiffest of the particles as they are: rho c^2 = (1 - eta)(dp/d eta + Gamma0 p) + 4/3 mu.
+   !> Of the stiffest of the particles in their present state: rho c^2 = (1 - eta)(dp/d eta + Gamma0 p) + 4/3
+   !> mu.
    pure real(wp) function present_modulus(self, column, layout, first, last) result(modulus)
       class(mie_grueneisen_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -301,8 +302,7 @@ contains
       modulus = 3.0_wp*self%shear()
    end function von_mises_modulus
 
-   !> Work of the pressure, without what plastic work and shocks have heated, and the energy of the deviator,
-   !> J.
+   !> Work of the pressure, without the heat of plastic work and shocks, and the energy of the deviator, J.
    pure real(wp) function strain_energy(self, column, layout, first, last) result(energy)
       class(mie_grueneisen_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -339,8 +339,7 @@ contains
       if (self%strength > of_j2) strain = self%johnson_cook%equivalent_plastic_strain(values)
    end function equivalent_plastic_strain
 
-   !> As of the law of strength, huge, which says nothing, without tools; without strength the same in all
-   !> directions.
+   !> By the strength law, huge without tools; without strength the same in all directions.
    pure real(wp) function stretch(self, values, layout, direction)
       class(mie_grueneisen_t), intent(in) :: self
       real(wp), intent(in) :: values(:)

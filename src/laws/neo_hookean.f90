@@ -29,7 +29,7 @@ contains
       for_large_strains = .true.
    end function for_large_strains
 
-   !> The deformation gradient.
+   !> Declare the deformation gradient.
    pure subroutine declare(self, table, has_tools)
       class(neo_hookean_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
@@ -37,7 +37,7 @@ contains
       call table%declare('deformation_gradient', 9, '1', written=.false., by_mass=.true.)
    end subroutine declare
 
-   !> It begins as the identity.
+   !> Its initial value is the identity.
    pure subroutine initial(self, column, layout, first, last)
       class(neo_hookean_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -46,8 +46,8 @@ contains
       column(first:last, layout%deformation:layout%deformation + 8:4) = 1.0_wp
    end subroutine initial
 
-   !> J = 1 + p/K; b = J^(5/3)/mu dev sigma + m I with the m that makes det b = J^2; F is the lower triangle
-   !> of its Cholesky factors (theory.md, eq. first-stress).
+   !> J = 1 + p/K; b = J^(5/3)/mu dev sigma + m I with the m for which det b = J^2; F is the lower triangular
+   !> Cholesky factor (theory.md, eq. first-stress).
    pure subroutine begin_stressed(self, stress, column, layout, first, last)
       class(neo_hookean_t), intent(in) :: self
       real(wp), intent(in) :: stress(6)
@@ -64,9 +64,9 @@ contains
             deviator(i, i) = deviator(i, i) - p
          end do
       end associate
-      if (.not. jacobian > 0.0_wp) return ! no deformation has that stress
+      if (.not. jacobian > 0.0_wp) return ! no deformation has this stress
       deviator = jacobian**(5.0_wp/3.0_wp)/self%shear*deviator
-      ! det(m I + D) rises from where m is large enough for a positive b: Newton's steps come from above
+      ! det(m I + D) rises for all m with positive definite b: Newton's iteration decreases monotonically
       lowest = 0.0_wp
       do i = 1, 3
          lowest = max(lowest, sum(abs(deviator(:, i))))
@@ -91,7 +91,7 @@ contains
       column(first:last, layout%deformation:layout%deformation + 8) = spread(reshape(f, [9]), 1, &
                                                                              last - first + 1)
    contains
-      !> Sum of the principal minors: how the determinant grows with what is added to the diagonal.
+      !> Sum of the principal minors: derivative of the determinant by an addition to the diagonal.
       pure real(wp) function minors(b)
          real(wp), intent(in) :: b(3, 3)
          minors = b(1, 1)*b(2, 2) - b(1, 2)**2 + b(2, 2)*b(3, 3) - b(2, 3)**2 + b(1, 1)*b(3, 3) - b(1, 3)**2
@@ -127,7 +127,7 @@ contains
       end do
    end subroutine update
 
-   !> With l = dA (I + A)^-1, which parts of a step do not change: db = l b + b l^T, dJ = J tr l.
+   !> With l = dA (I + A)^-1, which does not depend on the division into parts: db = l b + b l^T, dJ = J tr l.
    pure subroutine stress_tangent(self, column, layout, gradient, parts, time_step, count, slope, known)
       class(neo_hookean_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -176,7 +176,7 @@ contains
       end do
    end subroutine stress_tangent
 
-   !> v <- v + dt L v. Here, and not taken from another module: only so it is put into the loop.
+   !> v <- v + dt L v. Local to this module so that it is inlined in the loop.
    pure elemental subroutine push(dt, l11, l21, l31, l12, l22, l32, l13, l23, l33, x, y, z)
       real(wp), intent(in) :: dt, l11, l21, l31, l12, l22, l32, l13, l23, l33
       real(wp), intent(inout) :: x, y, z
@@ -187,7 +187,7 @@ contains
       z = w + dt*(l31*u + l32*v + l33*w)
    end subroutine push
 
-   !> The stress of F. Scalars, so that the loop above becomes one of vectors.
+   !> The stress of F. Scalars, so that the loop above is vectorised.
    pure elemental subroutine stress_of(shear, bulk, f11, f21, f31, f12, f22, f32, f13, f23, f33, xx, yy, &
                                        zz, yz, xz, xy)
       real(wp), intent(in) :: shear, bulk, f11, f21, f31, f12, f22, f32, f13, f23, f33
@@ -253,7 +253,7 @@ contains
       stretch = norm2(matmul(direction, reshape(values(layout%deformation:layout%deformation + 8), [3, 3])))
    end function stretch
 
-   !> The largest eigenvalue of F F^T is no larger than a row of it (Gershgorin).
+   !> The largest eigenvalue of F F^T does not exceed its largest row sum (Gershgorin).
    pure real(wp) function max_stretch(self, values, layout)
       class(neo_hookean_t), intent(in) :: self
       real(wp), intent(in) :: values(:)

@@ -1,5 +1,5 @@
-!> Creep beside the plasticity of j2: secondary by Norton's power law or a table, primary by Bailey's power of
-!> time as strain hardening (theory.md, eqs creep, primary-creep).
+!> Creep combined with the plasticity of j2: secondary by Norton's power law or a table, primary by Bailey's
+!> power of time with strain hardening (theory.md, eqs creep, primary-creep).
 module m_norton
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t
@@ -11,14 +11,14 @@ module m_norton
    private
    public :: norton_t
 
-   real(wp), parameter :: never = 1.0e30_wp        !< Pa, yield stress of what does not yield
-   real(wp), parameter :: close_enough = 3.0e-14_wp !< error allowed of the logarithm of von Mises' stress
-   real(wp), parameter :: negligible = 1.0e-17_wp  !< drop of stress in a step, relative: none
-   real(wp), parameter :: min_stress = 1.0e-100_wp !< Pa, in place of none
-   integer, parameter :: iteration_limit = 60      !< three to eight are needed
+   real(wp), parameter :: never = 1.0e30_wp        !< Pa, yield stress of a material that does not yield
+   real(wp), parameter :: close_enough = 3.0e-14_wp !< tolerance of the logarithm of the von Mises stress
+   real(wp), parameter :: negligible = 1.0e-17_wp  !< relative drop of stress in a step that counts as none
+   real(wp), parameter :: min_stress = 1.0e-100_wp !< Pa, in place of zero
+   integer, parameter :: iteration_limit = 60      !< three to eight suffice
 
    !> The creep rate at the von Mises stress q: creep_rate (q/creep_stress)^creep_exponent, or by the points
-   !> of a table, straight between them on logarithmic axes, and beyond them as in the last interval.
+   !> of a table, linear between them on logarithmic axes, and extrapolated by the last interval.
    type, extends(j2_t) :: norton_t
       real(wp), allocatable :: creep_stress(:)      !< Pa, rising
       real(wp), allocatable :: creep_rate(:)        !< 1/s
@@ -66,7 +66,7 @@ contains
          end if
       end associate
    contains
-      !> A table has its own slopes.
+      !> False with a table, which has its own slopes.
       logical function needs_exponent()
          needs_exponent = has_primary
          if (allocated(self%creep_stress)) needs_exponent = has_primary .or. size(self%creep_stress) == 1
@@ -97,8 +97,8 @@ contains
       is_time_dependent = .true.
    end function is_time_dependent
 
-   !> Creep takes its share of the deviator first; what is left above the yield stress flows as in j2. The
-   !> work of creep is that of the mean of the stresses before and after the step (theory.md, eq. creep-work).
+   !> Creep reduces the deviator first; the stress above the yield stress then flows as in j2. The work of
+   !> creep is that of the mean of the stresses before and after the step (theory.md, eq. creep-work).
    pure subroutine flow(self, column, layout, time_step, first, last, lane)
       class(norton_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -142,8 +142,8 @@ contains
       end do
    end subroutine flow
 
-   !> As `relax`, of many particles at once, by one power law alone. Each goes on until it is there: after an
-   !> iteration the error of the logarithm is at most (n - 1)^2/8 of the square of its change.
+   !> As `relax`, for many particles at once, with a single power law. Each is iterated until converged: after
+   !> an iteration the error of the logarithm is at most (n - 1)^2/8 of the square of its change.
    pure subroutine relax_all(self, dt, trial, q)
       class(norton_t), intent(in) :: self
       real(wp), intent(in) :: dt                     !< s
@@ -165,7 +165,7 @@ contains
             now = exp(u(i))
             crept = factor*exp(self%creep_exponent*(u(i) - shift))
             side = now + crept
-            change = merge(1.0_wp, 0.0_wp, last(i) > enough) & ! so that vectors of exp stay
+            change = merge(1.0_wp, 0.0_wp, last(i) > enough) & ! so that exp stays vectorised
                      *((log(side) - aim(i))*side/(now + self%creep_exponent*crept))
             u(i) = u(i) - change
             last(i) = abs(change)
@@ -178,8 +178,8 @@ contains
 
    !> The von Mises stress q after a step that begins with `trial`:
    !>    q + 3 mu (dt rate(q) + primary creep at q) = trial
-   !> (backward in time: stable whatever the step), by Newton's iteration on the logarithms of both sides, for
-   !> which a power law is nearly straight: it comes down from the trial stress and never passes the root.
+   !> (backward Euler: stable for any step), by Newton's iteration on the logarithms of both sides, for which
+   !> a power law is nearly linear: it decreases monotonically from the trial stress to the root.
    pure subroutine relax(self, trial, dt, primary, q)
       class(norton_t), intent(in) :: self
       real(wp), intent(in) :: trial, dt   !< Pa; s
@@ -223,7 +223,7 @@ contains
    end subroutine rate_of
 
    !> Growth of the primary creep strain y in a step at the stress q: y^(1/m) grows at a constant rate, so
-   !> that at constant stress y = primary_strain (q/creep_stress)^n (t/primary_time)^m. Its slope is d/d ln q.
+   !> that at constant stress y = primary_strain (q/creep_stress)^n (t/primary_time)^m. The slope is d/d ln q.
    pure subroutine grow(self, q, dt, before, grown, slope)
       class(norton_t), intent(in) :: self
       real(wp), intent(in) :: q, dt, before
@@ -237,7 +237,7 @@ contains
       added = (self%primary_strain*(q/self%creep_stress(1))**self%creep_exponent)**(1.0_wp/m)*dt &
               /self%primary_time
       grown = (clock + added)**m - before
-      if (clock > 1.0e6_wp*added) grown = m*added/clock*before ! to all digits
+      if (clock > 1.0e6_wp*added) grown = m*added/clock*before ! to full precision
       slope = self%creep_exponent*added*(clock + added)**(m - 1.0_wp)
    end subroutine grow
 

@@ -1,4 +1,4 @@
-!> Orthotropic elasticity, with axes that turn with the material, by engineering constants (theory.md, eq.
+!> Orthotropic elasticity, with axes that rotate with the material, by engineering constants (theory.md, eq.
 !> orthotropic).
 module m_orthotropic
    use m_kinds, only: wp
@@ -13,7 +13,7 @@ module m_orthotropic
    !> Order of the pairs of axes: 12 13 23, as in Abaqus.
    type, extends(lattice_t) :: orthotropic_t
       real(wp) :: young_moduli(3) = 0.0_wp   !< along the axes, Pa
-      real(wp) :: poisson_ratios(3) = 0.0_wp !< nu_ij: contraction along j where i is pulled
+      real(wp) :: poisson_ratios(3) = 0.0_wp !< nu_ij: contraction along j under tension along i
       real(wp) :: shear_moduli(3) = 0.0_wp   !< Pa
    contains
       procedure :: variables
@@ -31,7 +31,8 @@ contains
       call group%get('young_moduli', self%young_moduli, above(0.0_wp, 'Pa'), required=.true.)
       call group%get('poisson_ratios', self%poisson_ratios, any_value(''), required=.true.)
       call group%get('shear_moduli', self%shear_moduli, above(0.0_wp, 'Pa'), required=.true.)
-      if (.not. all([self%young_moduli, self%shear_moduli] > 0.0_wp)) return ! not given: said already
+      if (.not. all([self%young_moduli, self%shear_moduli] > 0.0_wp)) return ! missing values are reported
+                                                                             ! already
       compliance = 0.0_wp
       do k = 1, 3
          compliance(k, k) = 1.0_wp/self%young_moduli(k)

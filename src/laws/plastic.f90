@@ -1,6 +1,6 @@
-!> What laws of plastic flow share: an elastic trial step, the return along the deviator to a yield surface in
-!> von Mises' stress, and the fields (theory.md, eqs return, plastic-work). A law says how much a particle
-!> flows, in `flow`.
+!> Shared by laws of plastic flow: an elastic trial step, the return along the deviator to a yield surface in
+!> the von Mises stress, and the fields (theory.md, eqs return, plastic-work). A law computes the flow of a
+!> particle in `flow`.
 module m_plastic
    use m_kinds, only: wp
    use m_field_table, only: field_table_t, layout_t
@@ -10,13 +10,14 @@ module m_plastic
    public :: plastic_t, lane_t, lanes, declare_plastic, initial_plastic, update_plastic, follow_shape, &
       shape_stretch, return_along_deviator, von_mises
 
-   integer, parameter :: lanes = 128 !< particles at once: what a law needs between its vector loops stays in
-                                     !< the nearest cache
-   real(wp), parameter :: hardly_plastic = 0.005_wp !< up to this plastic strain the stress tells the stretch
+   integer, parameter :: lanes = 128 !< particles at once: a law's data between its vector loops stay in the
+                                     !< first-level cache
+   real(wp), parameter :: hardly_plastic = 0.005_wp !< up to this plastic strain the stretch follows from the
+                                                    !< stress
 
    !> One step of up to `lanes` particles.
    type :: lane_t
-      real(wp) :: begun(lanes)  !< von Mises stress before the step, Pa; only of a law that asks for it
+      real(wp) :: begun(lanes)  !< von Mises stress before the step, Pa; only for laws with asks_begun
       real(wp) :: trial(lanes)  !< von Mises stress after the elastic trial step, Pa
       real(wp) :: strain(lanes) !< increment of the equivalent plastic strain
       real(wp) :: work(lanes)   !< plastic work of the step per present volume, J/m3
@@ -26,7 +27,7 @@ module m_plastic
       integer :: strain = 0 !< column of the equivalent plastic strain
       integer :: work = 0   !< column of the plastic work, J
       integer :: shape = 0  !< first column of the left Cauchy-Green tensor; 0 in scenes without tools
-      logical :: asks_begun = .false. !< `flow` takes lane%begun
+      logical :: asks_begun = .false. !< `flow` uses lane%begun
    contains
       procedure :: declare => declare_plastic
       procedure :: initial => initial_plastic
@@ -43,8 +44,8 @@ module m_plastic
 
    abstract interface
       !> The flow of particles first..last (at most `lanes`; particle first is lane 1): from lane%trial, Pa,
-      !> find lane%strain and lane%work. `column` still holds the fields of the step's beginning, but for the
-      !> stress, which is the trial's; the law may advance fields of its own.
+      !> compute lane%strain and lane%work. `column` still holds the fields of the step's beginning, except
+      !> for the stress, which is the trial stress; the law may update fields of its own.
       pure subroutine flow_interface(self, column, layout, time_step, first, last, lane)
          import :: plastic_t, layout_t, lane_t, wp
          class(plastic_t), intent(in) :: self
@@ -63,16 +64,15 @@ contains
       for_large_strains = .true.
    end function for_large_strains
 
-   !> Plastic flow keeps the volume: with several particles a cell the grid locks (theory.md, eq.
-   !> anti-locking).
+   !> Plastic flow is isochoric: with several particles a cell the grid locks (theory.md, eq. anti-locking).
    pure function default_effect(self) result(name)
       class(plastic_t), intent(in) :: self
       character(len=:), allocatable :: name
       name = 'anti_locking'
    end function default_effect
 
-   !> Equivalent plastic strain and plastic work. The stress says nothing of the thickness of a particle that
-   !> has flowed: where there are tools, which must know it, the left Cauchy-Green tensor is carried too.
+   !> Equivalent plastic strain and plastic work. The stress does not determine the thickness of a particle
+   !> that has flowed: with tools, which need it, the left Cauchy-Green tensor is carried too.
    pure subroutine declare_plastic(self, table, has_tools)
       class(plastic_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
@@ -86,7 +86,7 @@ contains
       self%shape = table%column('left_cauchy_green')
    end subroutine declare_plastic
 
-   !> The left Cauchy-Green tensor, where there is one, begins as the identity.
+   !> The left Cauchy-Green tensor, if carried, starts as the identity.
    pure subroutine initial_plastic(self, column, layout, first, last)
       class(plastic_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -142,14 +142,14 @@ contains
       end do
    end subroutine measure
 
-   !> Von Mises stress of a stress, in its unit.
+   !> Von Mises stress of a stress tensor, in its unit.
    pure elemental real(wp) function von_mises(xx, yy, zz, yz, xz, xy)
       real(wp), intent(in) :: xx, yy, zz, yz, xz, xy
       von_mises = sqrt(0.5_wp*((xx - yy)**2 + (yy - zz)**2 + (zz - xx)**2) + 3.0_wp*(yz**2 + xz**2 + xy**2))
    end function von_mises
 
-   !> Take the share drop/trial off the deviator. As a difference, it leaves a stress that does not flow as it
-   !> is, to the bit.
+   !> Reduce the deviator by the share drop/trial. Computed as a difference, it leaves a stress without flow
+   !> unchanged, to the bit.
    pure elemental subroutine return_along_deviator(drop, trial, xx, yy, zz, yz, xz, xy)
       real(wp), intent(in) :: drop, trial
       real(wp), intent(inout) :: xx, yy, zz, yz, xz, xy
@@ -181,7 +181,7 @@ contains
       end do
    end subroutine follow_shape
 
-   !> One particle; scalars, so that the loop above becomes one of vectors.
+   !> One particle; scalars, so that the loop above is vectorised.
    pure elemental subroutine push_forward(dt, l11, l21, l31, l12, l22, l32, l13, l23, l33, xx, yy, zz, yz, &
                                           xz, xy)
       real(wp), intent(in) :: dt, l11, l21, l31, l12, l22, l32, l13, l23, l33
@@ -215,8 +215,8 @@ contains
       strain = values(self%strain)
    end function equivalent_plastic_strain
 
-   !> sqrt(n . b . n), as of a neo-Hookean particle: elastic and plastic stretch together. Without tools that
-   !> of the stress, as long as hardly anything has flowed; then huge, which says nothing.
+   !> sqrt(n . b . n), as for a neo-Hookean particle: elastic and plastic stretch together. Without tools the
+   !> stretch from the stress, up to a small plastic strain; beyond it huge.
    pure real(wp) function stretch(self, values, layout, direction)
       class(plastic_t), intent(in) :: self
       real(wp), intent(in) :: values(:)
@@ -231,7 +231,7 @@ contains
       end if
    end function stretch
 
-   !> The largest principal value of b is no larger than a row of it (Gershgorin).
+   !> The largest principal value of b does not exceed its largest row sum (Gershgorin).
    pure real(wp) function max_stretch(self, values, layout)
       class(plastic_t), intent(in) :: self
       real(wp), intent(in) :: values(:)

@@ -1,5 +1,5 @@
-!> The materials of a scene. A step asks the law of each by what all laws offer (m_material); which laws there
-!> are stands in materials.f90.
+!> The materials of a scene. A step calls the law of each by the interface of laws (m_material); the list of
+!> laws is in materials.f90.
 module m_scene_materials
    use m_scene, only: scene_t, material_spec_t
    use m_material, only: material_t
@@ -14,7 +14,7 @@ module m_scene_materials
       class(material_t), allocatable :: law
    end type material_slot_t
 
-   !> The materials of a scene, and which body is made of which.
+   !> The materials of a scene, and the material of each body.
    type :: materials_t
       type(material_slot_t), allocatable :: slots(:)
       integer, allocatable :: of_body(:)
@@ -24,8 +24,7 @@ module m_scene_materials
 
 contains
 
-   !> True when no law changes one of the particles by itself, as long as they do not move; they bear no
-   !> stress.
+   !> True when no law changes any of the particles, which bear no stress, as long as they do not move.
    pure logical function are_at_rest(self, particles, layout)
       class(materials_t), intent(in) :: self
       type(particle_store_t), intent(in) :: particles
@@ -54,7 +53,7 @@ contains
       materials%of_body = scene%bodies%material
    end function make_materials
 
-   !> The law of a material group, with the density that all laws have.
+   !> Create the law of a material group, with the density that all laws have.
    subroutine make_material(spec, law)
       type(material_spec_t), intent(in) :: spec
       class(material_t), allocatable, intent(out) :: law

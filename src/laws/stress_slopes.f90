@@ -1,5 +1,5 @@
-!> Derivatives of stresses by the gradient A of a step's displacement, in closed form (theory.md, eq.
-!> closed-tangent): what laws share. Component c of the stress by kl of A stands at 6 (kl-1) + c.
+!> Consistent tangents in closed form: derivatives of stresses by the displacement gradient A of a step
+!> (theory.md, eq. closed-tangent), shared by laws. Component c of the stress by kl of A is at 6 (kl-1) + c.
 module m_stress_slopes
    use m_kinds, only: wp
    use m_corotation, only: strain_and_spin, turn_by
@@ -11,8 +11,8 @@ module m_stress_slopes
 
 contains
 
-   !> The stress of eq. elastic after a step, and its derivative: that of G = A - A^2/2, and of the turn by
-   !> the Cayley transform of its axial vector w, whose change is (dw + w x dw/2)/(1 + w^2/4).
+   !> The stress of eq. elastic after a step, and its derivative: through G = A - A^2/2, and through the
+   !> rotation by the Cayley transform of its axial vector w, whose change is (dw + w x dw/2)/(1 + w^2/4).
    pure subroutine elastic_slopes(n, lame, shear, a, before, stress, slope)
       integer, intent(in) :: n
       real(wp), intent(in) :: lame, shear, a(n, 9), before(n, 6)
@@ -40,7 +40,7 @@ contains
       call add_strain(n, lame, shear, strain, stress)
    end subroutine elastic_slopes
 
-   !> What a change of G does to a stress that has been turned by w.
+   !> Change of a stress rotated by w due to a change of G.
    pure subroutine turn_and_strain(n, lame, shear, w, s, dg, slope)
       integer, intent(in) :: n
       real(wp), intent(in) :: lame, shear, w(n, 3), s(n, 6), dg(n, 9)
@@ -78,9 +78,9 @@ contains
       end do
    end subroutine add_strain
 
-   !> What a return along the deviator makes of the derivative of the trial stress: von Mises' stress q falls
-   !> by `drop`, and that by `drop_slope` dq. Where a particle stands at yield and has not flowed, only what
-   !> makes q larger makes it flow.
+   !> Derivative after a return along the deviator, from that of the trial stress: the von Mises stress q is
+   !> reduced by `drop`, whose derivative is `drop_slope` dq. A particle at yield that has not flowed flows
+   !> only for changes that increase q.
    pure subroutine return_slopes(n, trial, drop, drop_slope, slope)
       integer, intent(in) :: n
       real(wp), intent(in) :: trial(n, 6), drop(n), drop_slope(n)

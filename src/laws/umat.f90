@@ -1,4 +1,4 @@
-!> The door for laws written for Abaqus/Standard: the user subroutine UMAT, in a shared library
+!> Interface to laws written for Abaqus/Standard: the user subroutine UMAT, in a shared library
 !> (doc/developer/vumat.md).
 module m_umat
    use, intrinsic :: iso_c_binding, only: c_int, c_double, c_char, c_size_t, c_funptr, c_f_procpointer
@@ -23,7 +23,7 @@ module m_umat
    integer, parameter :: matrix_of(6) = [1, 5, 9, 8, 7, 4]
 
    abstract interface
-      !> As its manual says; the length of CMNAME comes last, as Fortran compilers hand it over.
+      !> As in its manual; the length of CMNAME comes last, as Fortran compilers pass it.
       pure subroutine umat_interface(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, &
                                      stran, dstran, time, dtime, temp, dtemp, predef, dpred, cmname, ndi, &
                                      nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, &
@@ -54,7 +54,7 @@ module m_umat
 
 contains
 
-   !> Find `umat_`, as gfortran and Intel's compilers call it.
+   !> Find `umat_`, the symbol name of gfortran and Intel's compilers.
    subroutine load(self, group, found)
       class(umat_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group
@@ -69,8 +69,8 @@ contains
       self%law => law
    end subroutine load
 
-   !> Point by point, in the frame of the grid: stresses and strains have been turned by the step's rotation
-   !> already. Energies of a call are per present volume; what a law leaves alone stays not written.
+   !> Point by point, in the frame of the grid: stresses and strains have already been rotated by the step's
+   !> rotation. Energies of a call are per present volume; values that a law does not set stay not_written.
    pure subroutine evaluate(self, points)
       class(umat_t), intent(in) :: self
       type(points_t), intent(inout) :: points
@@ -98,7 +98,7 @@ contains
       rpl = 0.0_wp
       heat_slope = 0.0_wp
       share = 1.0_wp
-      begins = points%time - points%time_step ! of this step, and of all
+      begins = points%time - points%time_step ! of this step, and of the run
       stored = points%density(p)*(points%energy_old(p) - points%inelastic_old(p))
       sse = stored
       spd = points%density(p)*points%inelastic_old(p)
@@ -115,7 +115,7 @@ contains
       points%moduli(p, :) = moduli
       points%share(p) = share
       points%inelastic(p) = (spd + scd)/points%density(p)
-      ! what of the energy the law left alone is the work of the stress
+      ! if the law set no energy, it is the work of the stress
       if (abs(sse - stored) > 0.0_wp) points%energy(p) = (sse + spd + scd)/points%density(p)
    end subroutine ask_one
 
@@ -139,7 +139,7 @@ contains
       matrix = f(matrix_place)
    end function in_order
 
-   !> By DDSDDE, which is that of Jaumann's rate of Kirchhoff's stress over J: with l = dA F^-1, d and w its
+   !> From DDSDDE, the moduli of the Jaumann rate of Kirchhoff stress over J: with l = dA F^-1, d and w its
    !> parts, d sigma = DDSDDE : d - sigma tr d + w sigma - sigma w (theory.md, eq. umat-tangent).
    pure subroutine stress_tangent(self, column, layout, gradient, parts, time_step, count, slope, known)
       class(umat_t), intent(in) :: self
@@ -166,7 +166,7 @@ contains
          s = reshape(points%stress(p, order(tensor_of)), [3, 3])
          inverse = inverse_of(gradient(p, :))
          do kl = 1, 9
-            l = 0.0_wp ! dA has a 1 in one place: a row of the inverse in one row
+            l = 0.0_wp ! dA has a single 1: l has a row of the inverse in one row
             l(mod(kl - 1, 3) + 1, :) = inverse((kl - 1)/3 + 1, :)
             w = 0.5_wp*(l - transpose(l))
             strain = [l(1, 1), l(2, 2), l(3, 3), l(1, 2) + l(2, 1), l(1, 3) + l(3, 1), l(2, 3) + l(3, 2)]
@@ -195,7 +195,7 @@ contains
       inverse = inverse/dot_product(f(:, 1), inverse(1, :))
    end function inverse_of
 
-   !> PNEWDT was below 1 in one of the particles.
+   !> True if PNEWDT was below 1 in one of the particles.
    pure logical function requests_cutback(self, column, first, last)
       class(umat_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -210,7 +210,7 @@ contains
              'below 1), or wrote to more state variables than its '//to_text(self%states)//' states'
    end function fault_text
 
-   !> Nobody knows: steps are as if it did.
+   !> Unknown, so steps assume that it is.
    pure logical function is_time_dependent(self)
       class(umat_t), intent(in) :: self
       is_time_dependent = .true.

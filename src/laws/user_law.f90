@@ -1,6 +1,6 @@
-!> A law in a library of its owner's, called for many particles at once, in the corotational frame or in that
-!> of the grid (theory.md, eqs corotational, fixed-frame): what the interfaces share. An interface extends
-!> user_law_t and says how the law is found and called (vumat.f90, c_law.f90, umat.f90).
+!> A law in a user's library, called for many particles at once, in the corotational frame or in that of the
+!> grid (theory.md, eqs corotational, fixed-frame): shared by its interfaces. An interface extends user_law_t
+!> and finds and calls the law (vumat.f90, c_law.f90, umat.f90).
 module m_user_law
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_value, ieee_quiet_nan
    use m_kinds, only: wp
@@ -19,25 +19,26 @@ module m_user_law
    private
    public :: user_law_t, points_t, room_for, tensor_place, matrix_place
 
-   integer, parameter :: lanes = 128 !< particles of a call; laws may have work arrays of maxblk = 136
+   integer, parameter :: lanes = 128 !< particles per call; laws may have work arrays of maxblk = 136
    integer, parameter :: longest_name = 1024, max_states = 200
-   integer, parameter :: spare_states = 8 !< columns behind the states: whether a law goes beyond them
-   real(wp), parameter :: untouched = 8.0e66_wp !< what stands there
-   real(wp), parameter :: not_written = -huge(1.0_wp) !< an energy that the law has left alone
-   real(wp), parameter :: probe_strain = 1.0e-6_wp, probe_step = 1.0e-9_wp !< s: what relaxes has no time to
+   integer, parameter :: spare_states = 8 !< columns after the states, to detect writes beyond them
+   real(wp), parameter :: untouched = 8.0e66_wp !< their initial value
+   real(wp), parameter :: not_written = -huge(1.0_wp) !< an energy that the law has not set
+   real(wp), parameter :: probe_strain = 1.0e-6_wp, probe_step = 1.0e-9_wp !< s: too short for relaxation
 
    type, abstract, extends(material_t) :: user_law_t
       character(len=:), allocatable :: label    !< name of the material
       character(len=:), allocatable :: library  !< file
-      character(len=:), allocatable :: checksum !< of it
-      integer :: called = 0                     !< its number among the codes that are called
+      character(len=:), allocatable :: checksum !< of the file
+      integer :: called = 0                     !< its number in m_foreign_call
       real(wp), allocatable :: constants(:)
       integer :: states = 0                     !< state variables a particle
-      real(wp) :: temperature = 0.0_wp          !< that the law is told, from the start on
-      real(wp) :: wave_modulus = 0.0_wp         !< of the fastest wave, Pa; 0: by a probe of the law
+      real(wp) :: temperature = 0.0_wp          !< temperature passed to the law, constant
+      real(wp) :: wave_modulus = 0.0_wp         !< of the fastest wave, Pa; 0: determined by a probe of the
+                                                !< law
       type(tangent_t) :: tangent                !< of the unstrained law
-      real(wp) :: modulus = 0.0_wp              !< that of the two which counts, Pa
-      logical :: turns = .true.                 !< the frame turns with the material; else it is the grid's,
+      real(wp) :: modulus = 0.0_wp              !< the one of these in use, Pa
+      logical :: turns = .true.                 !< the frame rotates with the material; else it is the grid's,
                                                 !< strains are summed, and moduli given
       integer :: mass = 0, energy = 0, inelastic = 0, age = 0, total = 0, share = 0 !< columns
       integer, allocatable :: sdv(:)            !< column of each state variable
@@ -64,7 +65,7 @@ module m_user_law
    end type user_law_t
 
    abstract interface
-      !> Open the library and find the law, or refuse a variable of the group.
+      !> Open the library and find the law, or report an error of a variable of the group.
       subroutine load_interface(self, group, found)
          import :: user_law_t, group_reader_t
          class(user_law_t), intent(inout) :: self
@@ -72,7 +73,7 @@ module m_user_law
          logical, intent(out) :: found
       end subroutine load_interface
 
-      !> Call the law. It is taken to be pure: the same values in, the same out, and nothing kept.
+      !> Call the law. It is assumed to be pure: the same input gives the same output, and nothing is stored.
       pure subroutine evaluate_interface(self, points)
          import :: user_law_t, points_t
          class(user_law_t), intent(in) :: self
@@ -110,7 +111,7 @@ contains
       call self%probe(group)
    end subroutine variables
 
-   !> True of an interface that has a temperature.
+   !> True for an interface that has a temperature.
    pure logical function tells_temperature(self)
       class(user_law_t), intent(in) :: self
       tells_temperature = .true.
@@ -121,8 +122,8 @@ contains
       for_large_strains = .true.
    end function for_large_strains
 
-   !> The deformation gradient, the law's state variables as fields SDV1, SDV2, ..., energies, and the time
-   !> that the particle has lived through.
+   !> The deformation gradient, the law's state variables as fields SDV1, SDV2, ..., energies, and the
+   !> particle's age.
    pure subroutine declare(self, table, has_tools)
       class(user_law_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
@@ -150,7 +151,7 @@ contains
       end do
    end subroutine declare
 
-   !> The deformation gradient begins as the identity, the state variables as zero.
+   !> The deformation gradient starts as the identity, the state variables as zero.
    pure subroutine initial(self, column, layout, first, last)
       class(user_law_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -159,7 +160,7 @@ contains
       column(first:last, layout%deformation:layout%deformation + 8:4) = 1.0_wp
    end subroutine initial
 
-   !> Never: nobody knows what the law does with time.
+   !> Always false: the law's dependence on time is unknown.
    pure logical function is_at_rest(self, column, layout, first, last)
       class(user_law_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -168,7 +169,7 @@ contains
       is_at_rest = .false.
    end function is_at_rest
 
-   !> Blocks of at most `lanes` particles go to the law.
+   !> Call the law for groups of at most `lanes` particles.
    pure subroutine update(self, column, layout, gradient, time_step, first, last)
       class(user_law_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -182,7 +183,7 @@ contains
       end do
    end subroutine update
 
-   !> One call of the law, in its frame and back. A law that wants a smaller step gives no stress.
+   !> One call of the law, in its frame and back. If the law requests a smaller step the stress is undefined.
    pure subroutine advance(self, column, layout, gradient, time_step, first, last)
       class(user_law_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -212,7 +213,7 @@ contains
       where (points%share < 1.0_wp) column(first:last, layout%stress) = ieee_value(1.0_wp, ieee_quiet_nan)
    end subroutine advance
 
-   !> What a call gets, of particles first..last; and the frame of the step's end.
+   !> Set the input of a call for particles first..last, and the frame at the step's end.
    pure subroutine fill_points(self, column, layout, gradient, time_step, first, last, points, r)
       class(user_law_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -255,13 +256,13 @@ contains
       points%inelastic_old = column(first:last, self%inelastic)
    end subroutine fill_points
 
-   !> Let the law answer. What it leaves alone stays as it was, but the energy, which then is the work of the
-   !> stress. A state that is not a number, or one more than there are, makes the stress so, which the step
-   !> complains of.
+   !> Call the law. Values that it does not set keep their old ones, except the energy, which then is the work
+   !> of the stress. A state that is NaN, or a write beyond the states, sets the stress to NaN, which the step
+   !> reports.
    pure subroutine ask(self, points, status)
       class(user_law_t), intent(in) :: self
       type(points_t), intent(inout) :: points
-      integer, intent(in) :: status !< of an error: exit_input at the start
+      integer, intent(in) :: status !< exit status of an error: exit_input at the start
       integer :: p
       points%stress = points%stress_old
       points%state(:, :self%states) = points%state_old
@@ -284,7 +285,7 @@ contains
       end do
    end subroutine ask
 
-   !> The law has written behind its states.
+   !> True if the law has written beyond its states.
    pure logical function goes_beyond(self, points, p)
       class(user_law_t), intent(in) :: self
       type(points_t), intent(in) :: points
@@ -299,8 +300,8 @@ contains
              'variables than its '//to_text(self%states)//' states'
    end function fault_text
 
-   !> F and its parts before and after the step, and the increments of strain and turn of eq. elastic in the
-   !> frame at the step's end.
+   !> F and its factors before and after the step, and the increments of strain and rotation of eq. elastic in
+   !> the frame at the step's end.
    pure subroutine follow(n, dt, gradient, before, points, r_old, r, half)
       integer, intent(in) :: n
       real(wp), intent(in) :: dt, gradient(n, 9), before(n, 9)
@@ -314,14 +315,14 @@ contains
       call place_tensor(n, tensor, points%stretch_old)
       call advance_gradient(n, dt, gradient, f, tensor, points%spin, half)
       points%deformation(:, matrix_place) = f
-      call split_gradient(n, f, r, points%strain) ! it has the stretch until the next line
+      call split_gradient(n, f, r, points%strain) ! it holds the stretch until the next line
       call place_tensor(n, points%strain, points%stretch)
       call into_frame(n, r, tensor)
       call place_tensor(n, tensor, points%strain)
       call relative_spin(n, r_old, r, points%spin)
    end subroutine follow
 
-   !> The same in the frame of the grid, without the parts of F.
+   !> The same in the frame of the grid, without the factors of F.
    pure subroutine follow_unturned(n, dt, gradient, before, points, half)
       integer, intent(in) :: n
       real(wp), intent(in) :: dt, gradient(n, 9), before(n, 9)
@@ -335,8 +336,8 @@ contains
       call place_tensor(n, tensor, points%strain)
    end subroutine follow_unturned
 
-   !> Two calls at the time 0, as Abaqus/Explicit makes them before its first increment: one without strain,
-   !> one with small fictitious strains, whose answers tell the moduli and are dropped.
+   !> Two calls at time 0, as Abaqus/Explicit makes them before its first increment: one without strain, one
+   !> with small fictitious strains, whose results give the moduli and are discarded.
    subroutine probe(self, group)
       class(user_law_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group
@@ -352,7 +353,7 @@ contains
          points%stretch_old(:, 1:3) = 1.0_wp
          points%deformation_old(:, 1:3) = 1.0_wp
          if (call_number == 2) then
-            do k = 1, 6 ! up and down; a tensor's shear is half the strain
+            do k = 1, 6 ! positive and negative; a tensor's shear is half the strain
                points%strain(k, tensor_place(k)) = merge(1.0_wp, 0.5_wp, k <= 3)*probe_strain
                points%strain(6 + k, :) = -points%strain(k, :)
             end do
@@ -380,7 +381,7 @@ contains
       end if
       answer = transpose(points%stress(:, tensor_place))/probe_strain
       self%modulus = 0.0_wp
-      do k = 1, 2 ! a law may be stiffer on one side
+      do k = 1, 2 ! a law may be stiffer in one direction of loading
          side%stiffness = merge(1.0_wp, -1.0_wp, k == 1)*answer(:, 6*k - 5:6*k)
          self%modulus = max(self%modulus, side%wave_modulus())
       end do
@@ -396,14 +397,14 @@ contains
       p_wave_modulus = self%modulus
    end function p_wave_modulus
 
-   !> By the moduli of the start.
+   !> By the initial moduli.
    pure real(wp) function complementary_energy(self, stress) result(energy)
       class(user_law_t), intent(in) :: self
       real(wp), intent(in) :: stress(6)
       energy = 0.5_wp*dot_product(stress, matmul(self%tangent%compliance, stress))
    end function complementary_energy
 
-   !> What the law says is stored, J.
+   !> Stored energy by the law, J.
    pure real(wp) function strain_energy(self, column, layout, first, last) result(energy)
       class(user_law_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -416,7 +417,7 @@ contains
       end do
    end function strain_energy
 
-   !> What it says was dissipated, J.
+   !> Dissipated energy by the law, J.
    pure real(wp) function plastic_energy(self, column, first, last) result(energy)
       class(user_law_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -428,7 +429,7 @@ contains
       end do
    end function plastic_energy
 
-   !> Nothing says that it does not.
+   !> True, as it is unknown.
    pure logical function may_flow(self)
       class(user_law_t), intent(in) :: self
       may_flow = .true.

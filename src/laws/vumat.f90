@@ -1,4 +1,4 @@
-!> The door for laws written for Abaqus/Explicit: the user subroutine VUMAT, in a shared library
+!> Interface to laws written for Abaqus/Explicit: the user subroutine VUMAT, in a shared library
 !> (doc/developer/vumat.md).
 module m_vumat
    use, intrinsic :: iso_c_binding, only: c_int, c_double, c_char, c_size_t, c_funptr, c_f_procpointer
@@ -11,7 +11,7 @@ module m_vumat
    public :: vumat_t
 
    abstract interface
-      !> As its manual says; the length of CMNAME comes last, as Fortran compilers hand it over.
+      !> As in its manual; the length of CMNAME comes last, as Fortran compilers pass it.
       pure subroutine vumat_interface(jblock, ndir, nshr, nstatev, nfieldv, nprops, jinfo, step_time, &
                                       total_time, dt, cmname, coord, char_length, props, density, &
                                       strain_inc, rel_spin_inc, temp_old, stretch_old, defgrad_old, &
@@ -32,7 +32,7 @@ module m_vumat
       end subroutine vumat_interface
    end interface
 
-   integer, parameter :: first_element = 7 !< jInfoArray(6): where the numbers of elements begin in it
+   integer, parameter :: first_element = 7 !< jInfoArray(6): index of the first element number in it
 
    type, extends(user_law_t) :: vumat_t
       procedure(vumat_interface), pointer, nopass, private :: law => null()
@@ -43,7 +43,7 @@ module m_vumat
 
 contains
 
-   !> Find `vumat_`, as gfortran and Intel's compilers call it.
+   !> Find `vumat_`, the symbol name of gfortran and Intel's compilers.
    subroutine load(self, group, found)
       class(vumat_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group
@@ -57,8 +57,9 @@ contains
       self%law => law
    end subroutine load
 
-   !> One block of points of a solid: three direct and three shear components. There are no field variables.
-   !> What older templates call lAnneal and dt are the first elements of jInfoArray and dtArray.
+   !> Call for a block of points of a solid: three direct and three shear components. There are no field
+   !> variables. The arguments lAnneal and dt of older templates are the first elements of jInfoArray and
+   !> dtArray.
    pure subroutine evaluate(self, points)
       class(vumat_t), intent(in) :: self
       type(points_t), intent(inout) :: points
@@ -68,10 +69,10 @@ contains
       integer :: i
       nothing = 0.0_wp
       props(:size(self%constants)) = self%constants
-      ! laws that ask which point they have got find its number in the block; layer and section point are 1
+      ! laws that use the number of a point get its index in the block; layer and section point are 1
       jblock = [points%count, 1, 1, 1, (i, i=1, points%count)]
-      ! no annealing, integration, layer and section point 1, no moduli asked for; where the elements' numbers
-      ! begin, and these
+      ! no annealing, integration, layer and section point 1, no moduli requested; index of the element
+      ! numbers, and these
       jinfo = [0, 1, 1, 1, 0, first_element, (i, i=1, points%count)]
       dt = 0.0_wp
       dt(1) = points%time_step
