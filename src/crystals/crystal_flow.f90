@@ -1,6 +1,5 @@
-!> The slip of one crystal in one step: power law on all systems with hardening, solved together with the
-!> stress, implicitly (theory.md, eqs crystal-flow, crystal-solve). Everything stands along the lattice's
-!> axes.
+!> The slip of one crystal in one step: power law on all systems with hardening, solved implicitly together
+!> with the stress (theory.md, eqs crystal-flow, crystal-solve). Components are along the lattice's axes.
 module m_crystal_flow
    use m_kinds, only: wp
    use m_polar, only: cofactors, determinant
@@ -12,32 +11,33 @@ module m_crystal_flow
 
    integer, parameter, public :: iteration_limit = 60 !< of a minimisation
    integer, parameter, public :: max_rounds = 30     !< of a solve
-   integer, parameter, public :: max_parts = 64      !< that a step is cut into where solves fail
+   integer, parameter, public :: max_parts = 64      !< into which a step is divided where solves fail
    real(wp), parameter, public :: tolerance = 1.0e-7_wp !< of stress and resistances, in the smallest of these
-   real(wp), parameter :: near = 3.0e-2_wp        !< the same, where Newton's method needs no guard
-   real(wp), parameter :: looser = 1.0e-2_wp      !< of a minimisation, than what is wrong around it
-   real(wp), parameter :: falls = 0.8_wp          !< what is wrong, at least by this factor in a round
+   real(wp), parameter :: near = 3.0e-2_wp        !< the same, below which Newton's method needs no safeguard
+   real(wp), parameter :: looser = 1.0e-2_wp      !< tolerance of a minimisation, relative to the residual of
+                                                  !< the outer iteration
+   real(wp), parameter :: falls = 0.8_wp          !< required reduction of that residual per iteration
    real(wp), parameter, public :: tiny_slip = 1.0e-4_wp   !< in a step
-   real(wp), parameter :: max_slope = 0.9_wp     !< behind a step, in that before it
+   real(wp), parameter :: max_slope = 0.9_wp      !< largest slope after a step, relative to that before it
    real(wp), parameter, public :: growth = 30.0_wp !< largest growth of the fastest slip in an iteration
 
-   !> One crystal: what flow is given, and what it finds.
+   !> Input and result of the flow of one crystal.
    type :: slip_t
       real(wp) :: stretch(3, 3) = 0.0_wp   !< elastic, at the step's beginning
       real(wp) :: increment(3, 3) = 0.0_wp !< dt L
-      real(wp), allocatable :: resistance(:) !< (width), Pa; advanced
-      real(wp), allocatable :: modulus(:)  !< (width): of hardening in this step, Pa
-      real(wp) :: slip = 0.0_wp            !< of the step, all systems together
+      real(wp), allocatable :: resistance(:) !< (width), Pa; updated
+      real(wp), allocatable :: modulus(:)  !< (width): hardening moduli of this step, Pa
+      real(wp) :: slip = 0.0_wp            !< of the step, sum over all systems
       real(wp) :: work = 0.0_wp            !< of slip, per volume before elastic deformation, J/m3
       real(wp) :: strain = 0.0_wp          !< equivalent plastic strain of the step
       real(wp) :: elastic(3, 3) = 0.0_wp   !< elastic deformation gradient at the step's end
       integer :: iterations = 0            !< evaluations of the flow law
-      logical :: found = .false.           !< else nothing here is of use
+      logical :: found = .false.           !< if false, the other results are undefined
    end type slip_t
 
 contains
 
-   !> A step in one solve; where that fails in 2, 4, ... parts.
+   !> A step by one solve; where that fails, in 2, 4, ... parts.
    pure subroutine flow(constants, time_step, threshold, one)
       type(crystal_constants_t), intent(in) :: constants
       real(wp), intent(in) :: time_step !< s
@@ -75,18 +75,17 @@ contains
       a(3, 3) = 1.0_wp
    end function unit
 
-   !> One solve: the stress and the slip that it drives, so that both agree. With resistances, the skew part
-   !> of the stress and what small strains leave out held, the deviator of the stress is the minimum of a
-   !> convex function (`minimise`). These follow: near the solution with each of Newton's steps; else, and
-   !> where that does not converge fast, from minimum to minimum, which converges by a factor of about the
-   !> strain.
+   !> One solve for stress and slip. With fixed resistances, skew part of the stress and terms beyond small
+   !> strain, the deviator of the stress is the minimum of a convex function (`minimise`). These are updated
+   !> near the solution with each Newton step; else, and where that converges slowly, from minimum to minimum,
+   !> which converges by a factor of about the strain.
    pure subroutine solve(constants, width, time_step, threshold, trial, is_first, stress, one, flown)
       type(crystal_constants_t), intent(in) :: constants
       integer, intent(in) :: width
       real(wp), intent(in) :: time_step, threshold
-      real(wp), intent(in) :: trial(3, 3)  !< elastic deformation gradient, were there no slip
-      logical, intent(in) :: is_first      !< of the step: the stress before is that of the stretch
-      real(wp), intent(inout) :: stress(8) !< Mandel's, before and after
+      real(wp), intent(in) :: trial(3, 3)  !< elastic deformation gradient for zero slip
+      logical, intent(in) :: is_first      !< first part of the step: the old stress is that of the stretch
+      real(wp), intent(inout) :: stress(8) !< Mandel stress, before and after
       type(slip_t), intent(inout) :: one
       real(wp), intent(out) :: flown(3, 3) !< inverse of the plastic deformation gradient of the step
       real(wp), dimension(max_systems) :: resistance, harder
@@ -140,7 +139,7 @@ contains
       one%found = .false.
    end subroutine solve
 
-   !> Stress and resistances, one Newton step on; where it is guarded, as far as rates may grow by it.
+   !> One Newton step for stress and resistances; if guarded, limited by the growth of slip rates.
    pure subroutine take_newton_step(constants, width, guarded, reach, now, harder, rates, stress, resistance)
       type(crystal_constants_t), intent(in) :: constants
       integer, intent(in) :: width
@@ -161,8 +160,8 @@ contains
       resistance(:width) = harder(:width)
    end subroutine take_newton_step
 
-   !> What grown resistances and a change of the skew part of the stress do to the slip, to first order, in
-   !> the five deviators.
+   !> First-order change of the slip by the growth of resistances and a change of the skew part of the stress,
+   !> in the five deviators.
    pure function follow_slip(systems, width, by_system, exponent, rates, resistance, harder, &
                              skew) result(more)
       integer, intent(in) :: systems, width
@@ -183,9 +182,9 @@ contains
       more = together(:5)
    end function follow_slip
 
-   !> The deviator of the stress where compliance (stress - target) + slip P = 0, the slope of a convex
+   !> The deviator of the stress with compliance (stress - target) + slip P = 0, the gradient of a convex
    !> function of the deviator. Newton's method; steps in which the fastest slip would grow by more than
-   !> `growth` are cut, and halved where they lead well beyond the minimum along them.
+   !> `growth` are cut, and halved where they overshoot the minimum along them.
    pure subroutine minimise(constants, width, time_step, threshold, target, resistance, reach, &
                             enough, stress, rates, one)
       type(crystal_constants_t), intent(in) :: constants
@@ -193,11 +192,11 @@ contains
       real(wp), intent(in) :: time_step, threshold
       real(wp), intent(in) :: target(5)         !< Pa
       real(wp), intent(in) :: resistance(width) !< Pa
-      real(wp), intent(in) :: reach         !< ratio of stress to resistance that slip is expected at
-      real(wp), intent(in) :: enough        !< of the residual, Pa
-      real(wp), intent(inout) :: stress(8)  !< Pa; the skew part is held
+      real(wp), intent(in) :: reach         !< ratio of stress to resistance at which slip is expected
+      real(wp), intent(in) :: enough        !< tolerance of the residual, Pa
+      real(wp), intent(inout) :: stress(8)  !< Pa; the skew part is fixed
       type(rates_t), intent(out) :: rates
-      type(slip_t), intent(inout) :: one    !< found, iterations
+      type(slip_t), intent(inout) :: one    !< found and iterations are updated
       real(wp) :: from(8), change(8), off(5), share, slope, ratio
       integer :: n
       slope = huge(slope)
@@ -224,8 +223,8 @@ contains
       end do
    end subroutine minimise
 
-   !> Mandel's stress C S of an elastic deformation with C = F^T F, as m_slip_systems has it, Pa: (C T + T
-   !> C^-1)/2 with T = K : (C - C^-1)/4.
+   !> Mandel stress C S of an elastic deformation with C = F^T F, in the components of m_slip_systems, Pa: (C
+   !> T + T C^-1)/2 with T = K : (C - C^-1)/4.
    pure function mandel(constants, c) result(stress)
       type(crystal_constants_t), intent(in) :: constants
       real(wp), intent(in) :: c(3, 3)
@@ -241,15 +240,14 @@ contains
       stress = schmid_columns(0.5_wp*(matmul(c, t) + matmul(t, inverse)))
    end function mandel
 
-   !> exp(-X) of a slip X without trace, of determinant 1: to the third power, and the rest of the determinant
-   !> taken off.
+   !> exp(-X) of a traceless slip X, with determinant 1: up to the third power, then scaled to determinant 1.
    pure function inverse_of(together) result(flown)
       real(wp), intent(in) :: together(8)
       real(wp) :: flown(3, 3), x(3, 3), square(3, 3), rest
       x = schmid_tensor(together)
       square = matmul(x, x)
       flown = unit() - x + 0.5_wp*square - matmul(square, x)/6.0_wp
-      if (maxval(abs(together)) < tiny_slip) return ! its fourth power is nothing
+      if (maxval(abs(together)) < tiny_slip) return ! its fourth power is negligible
       rest = determinant(flown) - 1.0_wp
       flown = flown*(1.0_wp - rest/3.0_wp*(1.0_wp - 2.0_wp*rest/3.0_wp))
    end function inverse_of
@@ -289,8 +287,8 @@ contains
       end do
    end subroutine newton_step
 
-   !> The largest share, at most 1, of a change that leaves all resolved shear stresses within `ratio` times
-   !> the resistance, or brings none further out.
+   !> The largest share, at most 1, of a change for which no resolved shear stress exceeds `ratio` times the
+   !> resistance, or none that does grows.
    pure real(wp) function step_share(width, schmid, stress, change, ratio, resistance) result(share)
       integer, intent(in) :: width
       real(wp), intent(in) :: schmid(width, 8), stress(8), change(8)
@@ -308,7 +306,7 @@ contains
       end do
    end function step_share
 
-   !> Largest part of the symmetric deviator of a velocity gradient's increment.
+   !> Norm of the symmetric deviator of a velocity gradient's increment.
    pure real(wp) function strain_of(increment) result(strain)
       real(wp), intent(in) :: increment(3, 3)
       real(wp) :: c(8)

@@ -1,7 +1,6 @@
 !> The slip of `lanes` crystals in one step, one vector lane a crystal: the equations of m_crystal_flow,
-!> solved by Newton's method on stress and resistances together, in which no rate may be more than a factor
-!> above what the step asks for. Lanes that this does not solve are left to m_crystal_flow, which has the
-!> guards.
+!> solved by Newton's method for stress and resistances together; slip rates are limited to a factor above
+!> those of the step. Lanes without convergence are left to m_crystal_flow, which is safeguarded.
 module m_crystal_lanes
    use m_kinds, only: wp
    use m_crystal_flow, only: growth, tiny_slip, tolerance
@@ -13,26 +12,26 @@ module m_crystal_lanes
    private
    public :: crystals_t, deform_elastically, let_slip
 
-   integer, parameter :: max_rounds = 16 !< three to six do where a step is short
+   integer, parameter :: max_rounds = 16 !< three to six suffice for short steps
    real(wp), parameter :: most_slip = 1.0_wp !< in a step
    real(wp), parameter :: root_two = sqrt(2.0_wp), root_six = sqrt(6.0_wp)
 
-   !> What a step is given, and what it finds; along the axes of the lattices.
+   !> Input and result of a step, along the axes of the lattices.
    type :: crystals_t
       real(wp) :: stretch(lanes, 3, 3)   !< elastic, at the step's beginning
       real(wp) :: increment(lanes, 3, 3) !< dt L
-      real(wp) :: resistance(lanes, max_systems) !< Pa; advanced
-      real(wp) :: modulus(lanes, max_systems)    !< of hardening in this step, Pa
-      real(wp) :: trial(lanes, 3, 3)     !< elastic deformation gradient, were there no slip
+      real(wp) :: resistance(lanes, max_systems) !< Pa; updated
+      real(wp) :: modulus(lanes, max_systems)    !< hardening moduli of this step, Pa
+      real(wp) :: trial(lanes, 3, 3)     !< elastic deformation gradient for zero slip
       real(wp) :: square(lanes, 3, 3)    !< trial^T trial
-      real(wp) :: stress(lanes, 8)       !< Mandel's, of the trial, Pa
+      real(wp) :: stress(lanes, 8)       !< Mandel stress of the trial, Pa
       real(wp) :: slip(lanes), work(lanes), strain(lanes), elastic(lanes, 3, 3) !< as of a slip_t
       logical :: found(lanes)
    end type crystals_t
 
 contains
 
-   !> The step without slip, which it is where no system is fast enough: `found`.
+   !> The step without slip; `found` where no system is fast enough to slip.
    pure subroutine deform_elastically(constants, threshold, one)
       type(crystal_constants_t), intent(in) :: constants
       real(wp), intent(in) :: threshold
@@ -51,7 +50,7 @@ contains
       one%elastic = one%trial
    end subroutine deform_elastically
 
-   !> The slip of those that do not stay elastic.
+   !> The slip of the crystals that do not stay elastic.
    pure subroutine let_slip(constants, time_step, threshold, one)
       type(crystal_constants_t), intent(in) :: constants
       real(wp), intent(in) :: time_step !< s
@@ -94,7 +93,7 @@ contains
             off = 0.0_wp
             call compare(8, stress, now, wrong, off)
             call compare(n, resistance, harder, wrong, off)
-            ! the largest of what is no number may be a number, a sum is not
+            ! the maximum of NaN may be a number, a sum is not
             finished = wrong <= tolerance*smallest .and. off <= huge(off) .and. rates%slip <= most_slip &
                        .and. .not. one%found
             if (any(finished)) call take(n, finished, flown, harder, rates, one)
@@ -109,7 +108,7 @@ contains
       end associate
    end subroutine let_slip
 
-   !> Raise the largest difference, and add up all.
+   !> Raise the largest difference, and sum all differences.
    pure subroutine compare(count, a, b, largest, together)
       integer, intent(in) :: count
       real(wp), intent(in), dimension(lanes, *) :: a, b
@@ -124,7 +123,7 @@ contains
       end do
    end subroutine compare
 
-   !> Take over what has been found for some; their own resistances have served as the step's beginning.
+   !> Store the results of finished crystals; their resistances at the step's beginning are no longer needed.
    pure subroutine take(systems, finished, flown, harder, rates, one)
       integer, intent(in) :: systems
       logical, intent(in) :: finished(lanes)
@@ -141,7 +140,7 @@ contains
       end do
       do a = 1, systems
          one%resistance(:, a) = merge(harder(:, a), one%resistance(:, a), finished)
-         one%modulus(:, a) = merge(0.0_wp, one%modulus(:, a), finished) ! they stay as they are from here on
+         one%modulus(:, a) = merge(0.0_wp, one%modulus(:, a), finished) ! no further change
       end do
       one%slip = merge(rates%slip, one%slip, finished)
       one%work = merge(rates%work, one%work, finished)
@@ -151,7 +150,7 @@ contains
       one%found = one%found .or. finished
    end subroutine take
 
-   !> At least what the rate of the step asks for.
+   !> Raise the reach to at least the value for the rate of the step.
    pure subroutine raise_reach(constants, time_step, threshold, increment, reach)
       type(crystal_constants_t), intent(in) :: constants
       real(wp), intent(in) :: time_step, threshold, increment(lanes, 3, 3)
@@ -166,7 +165,7 @@ contains
       end do
    end subroutine raise_reach
 
-   !> A share of a change, of the stress and what it resolves to.
+   !> Add a share of a change to the stress and to the resolved shear stresses.
    pure subroutine go_on(systems, share, change, way, stress, tau)
       integer, intent(in) :: systems
       real(wp), intent(in) :: share(lanes), change(lanes, 8), way(lanes, max_systems)
@@ -186,8 +185,8 @@ contains
       end do
    end subroutine go_on
 
-   !> Newton's step of the stress: of the deviators (K^-1 + sum of rise P P) change = -off, with what grown
-   !> resistances and the change of the skew part do to the slip, to first order; L D L^T.
+   !> Newton step of the stress: for the deviators (K^-1 + sum of rise P P) change = -off, with the
+   !> first-order effect of grown resistances and of the change of the skew part on the slip; L D L^T.
    pure subroutine find_change(systems, width, by_system, compliance, exponent, rates, resistance, harder, &
                                stress, now, change)
       integer, intent(in) :: systems, width
@@ -276,7 +275,7 @@ contains
       end do
    end subroutine solve_definite
 
-   !> Mandel's stress, as m_crystal_flow has it.
+   !> Mandel stress, as in m_crystal_flow.
    pure subroutine find_mandel(constants, c, stress)
       type(crystal_constants_t), intent(in) :: constants
       real(wp), intent(in) :: c(lanes, 3, 3)
@@ -317,7 +316,7 @@ contains
       call set_columns(left, stress)
    end subroutine find_mandel
 
-   !> The eight numbers of tensors, as m_slip_systems has them.
+   !> The eight components of tensors, as in m_slip_systems.
    pure subroutine set_columns(a, c)
       real(wp), intent(in) :: a(lanes, 3, 3)
       real(wp), intent(out) :: c(lanes, 8)
@@ -335,8 +334,8 @@ contains
       end do
    end subroutine set_columns
 
-   !> exp(-X) of a slip X without trace, of determinant 1, as m_crystal_flow has it. What is more than a step
-   !> can have, on the way to a solution, is cut off.
+   !> exp(-X) of a traceless slip X, with determinant 1, as in m_crystal_flow. Values beyond the limit of a
+   !> step, during the iteration, are cut off.
    pure subroutine find_flown(slips, flown)
       real(wp), intent(in) :: slips(lanes, 8)
       real(wp), intent(out) :: flown(lanes, 3, 3)

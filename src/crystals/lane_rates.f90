@@ -1,4 +1,4 @@
-!> How fast the systems of several crystals slip under their stresses, one vector lane a crystal: m_slip_rates
+!> Slip rates of the systems of several crystals under their stresses, one vector lane a crystal: m_slip_rates
 !> in lanes.
 module m_lane_rates
    use m_kinds, only: wp
@@ -8,7 +8,7 @@ module m_lane_rates
    private
    public :: lane_rates_t, find_fastest, find_lane_rates, find_share, harden_lanes, resolve_lanes
 
-   !> What slips under a stress, as m_slip_rates has it.
+   !> Slip under a stress, as in m_slip_rates.
    type :: lane_rates_t
       real(wp) :: together(lanes, 8), squares(lanes, 15)
       real(wp) :: work(lanes), slip(lanes)
@@ -49,8 +49,8 @@ contains
       end do
    end subroutine find_fastest
 
-   !> The largest share, at most 1, of a way that leaves all resolved shear stresses within `ratio` times the
-   !> resistance, or brings none further out.
+   !> The largest share, at most 1, of a change for which no resolved shear stress exceeds `ratio` times the
+   !> resistance, or none that does grows.
    pure subroutine find_share(systems, tau, way, ratio, resistance, share)
       integer, intent(in) :: systems
       real(wp), intent(in), dimension(lanes, max_systems) :: tau, way, resistance
@@ -128,7 +128,7 @@ contains
    !> Ratios to the power 1/m.
    pure subroutine raise_lanes(sensitivity, power, ratio, raised)
       real(wp), intent(in) :: sensitivity
-      integer, intent(in) :: power !< 1/m as a whole number, 0: it is none
+      integer, intent(in) :: power !< 1/m as an integer, 0: it is none
       real(wp), intent(in) :: ratio(lanes)
       real(wp), intent(out) :: raised(lanes)
       real(wp) :: base(lanes)
@@ -163,7 +163,8 @@ contains
    pure subroutine harden_lanes(systems, width, latent, resistance, modulus, slips, harder)
       integer, intent(in) :: systems, width
       real(wp), intent(in) :: latent(width, width)
-      real(wp), intent(in), dimension(lanes, max_systems) :: resistance, modulus !< at its beginning, Pa
+      real(wp), intent(in), dimension(lanes, max_systems) :: resistance, modulus !< at the step's beginning,
+                                                                                 !< Pa
       real(wp), intent(in) :: slips(lanes, max_systems)
       real(wp), intent(inout) :: harder(lanes, max_systems)
       real(wp) :: more(lanes)

@@ -9,12 +9,12 @@ module m_lane_tensors
              normalise
 
    integer, parameter, public :: lanes = 8
-   integer, parameter :: iteration_limit = 60 !< as of m_polar
+   integer, parameter :: iteration_limit = 60 !< as in m_polar
    real(wp), parameter :: settled = 4.0_wp*epsilon(1.0_wp)
 
 contains
 
-   !> A column's `count` values from place `first` on; lanes behind them repeat the last.
+   !> A column's `count` values from index `first` on; further lanes repeat the last.
    pure subroutine load(column, first, count, values)
       real(wp), intent(in), contiguous :: column(:)
       integer, intent(in) :: first, count
@@ -122,7 +122,7 @@ contains
       end do
    end subroutine rotate
 
-   !> Over the determinant they are the transpose of the inverse.
+   !> Cofactors: divided by the determinant they are the transpose of the inverse.
    pure subroutine find_cofactors(a, c)
       real(wp), intent(in) :: a(lanes, 3, 3)
       real(wp), intent(out) :: c(lanes, 3, 3)
@@ -141,7 +141,7 @@ contains
       end do
    end subroutine find_cofactors
 
-   !> Of a matrix and its cofactors.
+   !> Determinant from a matrix and its cofactors.
    pure subroutine find_determinant(a, cofactors, determinant)
       real(wp), intent(in) :: a(lanes, 3, 3), cofactors(lanes, 3, 3)
       real(wp), intent(out) :: determinant(lanes)
@@ -170,10 +170,10 @@ contains
       end do
    end subroutine invert
 
-   !> F = R U, as m_polar does it; those that have settled stay, so that none depends on the others. F = I
-   !> gives R = U = I to the bit.
+   !> F = R U, as in m_polar; converged lanes are not changed, so that none depends on the others. F = I gives
+   !> R = U = I to the bit.
    pure subroutine decompose(f, r, u)
-      real(wp), intent(in) :: f(lanes, 3, 3) !< of determinants above 0
+      real(wp), intent(in) :: f(lanes, 3, 3) !< determinants above 0
       real(wp), intent(out) :: r(lanes, 3, 3), u(lanes, 3, 3)
       real(wp) :: c(lanes, 3, 3), next(lanes, 3, 3), determinant(lanes), change(lanes), before(lanes)
       integer :: i, j, n, p
@@ -207,7 +207,7 @@ contains
       end do
    end subroutine decompose
 
-   !> Matrices of unit quaternions: their columns are where the axes go.
+   !> Matrices of unit quaternions: their columns are the rotated axes.
    pure subroutine set_matrices(q, r)
       real(wp), intent(in) :: q(lanes, 4)
       real(wp), intent(out) :: r(lanes, 3, 3)
@@ -231,7 +231,7 @@ contains
       end do
    end subroutine set_matrices
 
-   !> Unit quaternions of rotations by less than 90 degrees: theirs stay well away from w = 0.
+   !> Unit quaternions of rotations by less than 90 degrees, for which w stays well away from 0.
    pure subroutine set_quaternions(r, q)
       real(wp), intent(in) :: r(lanes, 3, 3)
       real(wp), intent(out) :: q(lanes, 4)
@@ -246,7 +246,7 @@ contains
       call normalise(q)
    end subroutine set_quaternions
 
-   !> One rotation and then another one; of length 1 again.
+   !> The rotation `first` followed by `second`; normalised.
    pure subroutine follow(first, second, q)
       real(wp), intent(in) :: first(lanes, 4), second(lanes, 4)
       real(wp), intent(out) :: q(lanes, 4)

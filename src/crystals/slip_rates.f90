@@ -1,5 +1,5 @@
-!> How fast the systems of a crystal slip under a stress: resolved shear stresses, the power law, sums over
-!> the systems (theory.md, eqs schmid, crystal-flow).
+!> Slip rates of a crystal's systems under a stress: resolved shear stresses, the power law, sums over the
+!> systems (theory.md, eqs schmid, crystal-flow).
 module m_slip_rates
    use m_kinds, only: wp
    implicit none
@@ -7,40 +7,40 @@ module m_slip_rates
    public :: crystal_constants_t, rates_t, slip_threshold, find_rates, harden, resolve, fastest
 
    integer, parameter, public :: max_systems = 48
-   real(wp), parameter :: negligible = 1.0e-18_wp !< slip of a step that is none
+   real(wp), parameter :: negligible = 1.0e-18_wp !< slip of a step that counts as none
 
-   !> What does not change from particle to particle. Arrays over systems are filled up to whole vectors, with
-   !> systems that nothing moves.
+   !> Constants of all particles. Arrays over systems are padded to whole vectors, with inactive systems.
    type :: crystal_constants_t
       integer :: systems = 0
-      integer :: width = 0                    !< systems, filled up
+      integer :: width = 0                    !< number of systems, padded
       real(wp), allocatable :: schmid(:, :)   !< (width, 8), m_slip_systems
       real(wp), allocatable :: by_system(:, :) !< (8, width): the same
-      real(wp), allocatable :: squares(:, :)  !< (16, width): of the first five, the lower triangle by columns
+      real(wp), allocatable :: squares(:, :)  !< (16, width): of the first five components, the lower triangle
+                                              !< by columns
       real(wp), allocatable :: latent(:, :)   !< (width, width): hardening of a system by slip on another
       real(wp) :: c11 = 0.0_wp, c12 = 0.0_wp, c44 = 0.0_wp !< Pa
       real(wp) :: compliance(5) = 0.0_wp      !< of the deviators, 1/Pa
       real(wp) :: reference_rate = 0.0_wp     !< 1/s
       real(wp) :: sensitivity = 0.0_wp        !< m
-      integer :: power = 0                    !< 1/m where that is a whole number, else 0
+      integer :: power = 0                    !< 1/m if that is an integer, else 0
    contains
       procedure :: set_systems
    end type crystal_constants_t
 
-   !> What slips under a stress.
+   !> Slip under a stress, and its derivatives.
    type :: rates_t
       real(wp) :: together(8)  !< sum of slip P
       real(wp) :: squares(16)  !< sum of (d slip/d tau) P P, the lower triangle by columns, 1/Pa
       real(wp) :: fastest      !< largest ratio of resolved shear stress to resistance
       real(wp) :: work         !< sum of tau times slip, J/m3
-      real(wp) :: slip         !< sum without sign
+      real(wp) :: slip         !< sum of magnitudes
       real(wp) :: slips(max_systems) !< of the systems
       real(wp) :: rises(max_systems) !< d slip/d tau, 1/Pa
    end type rates_t
 
 contains
 
-   !> Take up slip systems.
+   !> Set the slip systems.
    pure subroutine set_systems(self, schmid, latent)
       class(crystal_constants_t), intent(inout) :: self
       real(wp), intent(in) :: schmid(:, :) !< (systems, 8)
@@ -87,12 +87,12 @@ contains
                        tau, ratio, slip, rates)
    end subroutine find_rates
 
-   !> From ratios raised to their power to slips and their sums over the systems.
+   !> From powers of ratios to slips and their sums over the systems.
    pure subroutine sum_systems(systems, width, by_system, squares, most, exponent, threshold, tau, &
                                ratio, raised, rates)
       integer, intent(in) :: systems, width
       real(wp), intent(in) :: by_system(8, width), squares(16, width)
-      real(wp), intent(in) :: most      !< slip of the step where the stress is the resistance
+      real(wp), intent(in) :: most      !< slip of the step where the stress equals the resistance
       real(wp), intent(in) :: exponent, threshold
       real(wp), intent(in) :: tau(width), ratio(width), raised(width)
       type(rates_t), intent(out) :: rates
@@ -150,7 +150,7 @@ contains
 
    !> Ratios to the power 1/m.
    pure subroutine raise(width, sensitivity, power, ratio, raised)
-      integer, intent(in) :: width, power !< 1/m as a whole number, 0: it is none
+      integer, intent(in) :: width, power !< power: 1/m as an integer, 0: it is none
       real(wp), intent(in) :: sensitivity, ratio(width)
       real(wp), intent(out) :: raised(width)
       real(wp) :: base(max_systems)

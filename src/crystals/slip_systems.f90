@@ -1,5 +1,5 @@
-!> Slip systems of cubic crystals: plane normals, directions, and the Schmid tensors as the eight numbers that
-!> a resolved shear stress takes (theory.md, eq. schmid).
+!> Slip systems of cubic crystals: plane normals, directions, and the Schmid tensors as eight components for
+!> resolved shear stresses (theory.md, eq. schmid).
 module m_slip_systems
    use m_kinds, only: wp
    implicit none
@@ -14,7 +14,7 @@ contains
    !> fcc: {111}<110>, 12 systems. bcc24: {110}<111> and {112}<111>. bcc48: those and {123}<111>. One of each
    !> pair that differs in sign.
    pure subroutine make_slip_systems(kind, normals, directions)
-      integer, intent(in) :: kind !< of slip_words
+      integer, intent(in) :: kind !< index in slip_words
       real(wp), allocatable, intent(out) :: normals(:, :)    !< (3, systems), of length 1
       real(wp), allocatable, intent(out) :: directions(:, :) !< (3, systems), of length 1
       allocate (normals(3, 0), directions(3, 0))
@@ -44,7 +44,7 @@ contains
       end do
    end subroutine add
 
-   !> All vectors that permutations and signs make of one, one of each pair of opposite ones.
+   !> All vectors by permutations and signs of one, one of each pair of opposite ones.
    pure function family(indices) result(members)
       integer, intent(in) :: indices(3)
       integer, allocatable :: members(:, :)
@@ -65,9 +65,9 @@ contains
       end do
    end function family
 
-   !> The eight numbers of a tensor: five of its deviator, in an orthonormal basis of symmetric tensors
-   !> without trace, three of its skew part. The sum of products of two such is the double contraction of the
-   !> tensors, if one of them has no trace.
+   !> The eight components of a tensor: five of its deviator, in an orthonormal basis of traceless symmetric
+   !> tensors, three of its skew part. The scalar product of two such is the double contraction of the
+   !> tensors, if one of them is traceless.
    pure function schmid_columns(a) result(c)
       real(wp), intent(in) :: a(3, 3)
       real(wp) :: c(8)
@@ -81,7 +81,7 @@ contains
       c(8) = (a(2, 1) - a(1, 2))/root_two
    end function schmid_columns
 
-   !> The tensor without trace that has these numbers.
+   !> The traceless tensor with these components.
    pure function schmid_tensor(c) result(a)
       real(wp), intent(in) :: c(8)
       real(wp) :: a(3, 3), d(8)
