@@ -149,7 +149,8 @@ contains
       integer :: n
       reach = min(fastest*level%grid%cell, &
                   self%width_ahead(t, thickest(level)) &
-                  + time_step*(fastest_node(level%nodes(:, :, :, :, b)) + tool%surface_speed()))
+                  + time_step*(fastest_node(level%nodes(:, :, :, :, b), level%grid%rows) &
+                               + tool%surface_speed()))
       call list_near(tool, level, b, reach, near)
       do n = 1, size(near)
          call self%consider(tool, level, materials, time_step, [b, near(n), t], reach, overlap)
@@ -182,13 +183,14 @@ contains
    end function ahead_of
 
    !> No node of a tile is faster, m/s.
-   pure real(wp) function fastest_node(tile)
+   pure real(wp) function fastest_node(tile, rows)
       real(wp), intent(in), contiguous :: tile(:, :, :, :) !< (node_values, nodes, nodes, nodes), solved
+      integer, intent(in) :: rows(2) !< first and last place along y that anything reaches, from 0
       real(wp) :: largest(node_values) ! all of a node, so that it is one of vectors
       integer :: i, j, k
       largest = 0.0_wp
       do k = 1, size(tile, 4)
-         do j = 1, size(tile, 3)
+         do j = rows(1) + 1, rows(2) + 1
             do i = 1, size(tile, 2)
                largest = max(largest, abs(tile(:, i, j, k)))
             end do

@@ -151,6 +151,7 @@ contains
       allocate (near(block%particles%count))
       do n = 0, size(is_far) - 1 ! eight bins together
          group = [mod(n, block_size/2), mod(n/(block_size/2), block_size/2), n/(block_size/2)**2]
+         if (level%grid%section%is_flat() .and. group(2) > 0) cycle ! there is one layer of bins
          is_far(group(1), group(2), group(3)) &
             = tool%min_gap(block%origin + (2*group + 0.5_wp)*level%grid%cell) &
               > farthest + sqrt(3.0_wp)*level%grid%cell
