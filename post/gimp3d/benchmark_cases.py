@@ -1046,9 +1046,8 @@ def cases():
             nested
             + "; a blunt cone, b the radius of the circle where its sphere goes over into it; loads at the "
             "depth of a half-space",
-            "As B5. The true area is compared with that of the exact contact under the same load. On both "
-            "grids its radius is 0.15 of a cell short: the surface that a grid makes bends less than the "
-            "exact one ([theory](../developer/theory.md), eq. contact-edge).",
+            "As B5. The true area is compared with that of the exact contact under the same load "
+            "([theory](../developer/theory.md), eq. edge-field).",
             by_section(
                 [
                     rounded_cone_row("rounded_cone", (1.0, 1.5, 2.0)),

@@ -124,7 +124,7 @@ contains
       integer, intent(in) :: number
       real(wp), intent(in) :: across(3, 2)
       type(surface_point_t), allocatable :: points(:), found(:)
-      real(wp) :: gap, edge, normal(3), thickness, back(3), place(3)
+      real(wp) :: gap, edge, normal(3), thickness, place(3), modulus, lies
       integer, allocatable :: near(:)
       integer :: b, count, n
       allocate (points(0))
@@ -145,37 +145,51 @@ contains
                            *(1.0_wp - exp(-elastic_strain(law, column(near(n), :), level%layout, normal)))
                   end associate
                   count = count + 1
-                  ! the gap is that of a ball: a surface across the axis on top of the ball has it here
+                  modulus = 0.0_wp
+                  if (candidates%compliance_of(level, materials, b, near(n), edge) > 0.0_wp) &
+                     modulus = candidates%modulus(materials%of_body(block%particles%body(near(n))))
+                  ! the gap is that of a ball: a surface across the axis on top of the ball has it here; an
+                  ! elastic surface leaves the tool along its face, where the contact point is
+                  lies = merge(0.0_wp, abs(dot_product(normal, tool%spec%axis)), modulus > 0.0_wp)
                   place = column(near(n), x:x + 2) - tool%spec%penetration_factor*thickness*normal &
-                          /(1.0_wp + abs(dot_product(normal, tool%spec%axis)))
-                  found(count) = surface_point_t(matmul(place, across), gap, edge)
+                          /(1.0_wp + lies)
+                  found(count) = surface_point_t(matmul(place, across), gap, edge, modulus=modulus)
                   ! a gap that is carried on: it is pressed, or has just been
                   if (abs(column(near(n), candidates%carried + number - 1)) > 0.0_wp) then
                      found(count)%pressed = 1.0_wp
                      found(count)%traction = column(near(n), candidates%pressure)
                   end if
-                  if (candidates%compliance_of(level, materials, b, near(n), edge) > 0.0_wp) &
-                     found(count)%modulus &
-                        = candidates%modulus(materials%of_body(block%particles%body(near(n))))
                   found(count)%slope = matmul(normal, across)
                   found(count)%slope = found(count)%slope/max(norm2(found(count)%slope), tiny(1.0_wp))
                   associate (s => column(near(n), level%layout%stress:level%layout%stress + 5))
                      found(count)%pressure = -sum(s(:3)*normal**2) - 2.0_wp*(s(4)*normal(2)*normal(3) &
                         + s(5)*normal(1)*normal(3) + s(6)*normal(1)*normal(2))
                   end associate
-                  ! from there back along the axis, beyond all gaps that are looked at
-                  back = column(near(n), x:x + 2) - 2.0_wp*reach*tool%spec%axis
-                  found(count)%beside = tool%max_gap(back)
-                  if (.not. found(count)%beside > 0.0_wp) cycle
-                  found(count)%place = matmul(column(near(n), x:x + 2), across) ! it counts by `beside` alone
-                  call tool%gap_and_normal(back, found(count)%beside, normal)
-                  found(count)%outwards = matmul(normal, across)
+                  call look_beside(tool, column(near(n), x:x + 2), 2.0_wp*reach, across, found(count))
                end do
                points = [points, found(:count)]
             end associate
          end do
       end associate
    end function points_near
+
+   !> Whether a particle is beside the tool, so that none of the tool is above it. It counts by `beside` alone
+   !> then, though part of its face may be pressed (eq. rim-cut).
+   subroutine look_beside(tool, centre, far, across, point)
+      type(tool_t), intent(in) :: tool
+      real(wp), intent(in) :: centre(3)
+      real(wp), intent(in) :: far !< back along the axis from there, beyond all gaps that are looked at, m
+      real(wp), intent(in) :: across(3, 2)
+      type(surface_point_t), intent(inout) :: point
+      real(wp) :: back(3), normal(3)
+      back = centre - far*tool%spec%axis
+      point%beside = tool%max_gap(back)
+      if (.not. point%beside > 0.0_wp) return
+      point%place = matmul(centre, across)
+      point%pressed = 0.0_wp
+      call tool%gap_and_normal(back, point%beside, normal)
+      point%outwards = matmul(normal, across)
+   end subroutine look_beside
 
    !> Elastic strain of a particle along a direction: the slope of the energy of stresses.
    pure real(wp) function elastic_strain(law, values, layout, direction) result(strain)

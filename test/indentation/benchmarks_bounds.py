@@ -41,18 +41,18 @@ flat_bounds = {
     "sphere_elastic_section": {
         "F/(E'R^2) at a/R = 0.15": 2.0,
         "F/(E'R^2) at a/R = 0.2": 2.8,
-        "true area over that of the load": 3.0,
+        "true area over that of the load": 1.5,
     },
     "rounded_cone_section": {
         "P/(E'R^2) at a/b = 1": 3.2,
         "P/(E'R^2) at a/b = 1.5": 2.0,
         "P/(E'R^2) at a/b = 2": 2.0,
-        "true area over that of the load": 3.7,
+        "true area over that of the load": 1.5,
     },
     "rounded_cone_5_section": {
         "P/(E'R^2) at a/b = 3": 2.0,
         "P/(E'R^2) at a/b = 5": 2.0,
-        "true area over that of the load": 3.9,
+        "true area over that of the load": 1.5,
     },
     "layer_punch_section": {"P/(2aE'd) at a/t = 0.4": 1.0},
     "layer_sphere_section": {
