@@ -1,5 +1,5 @@
-!> Contact between bodies of different groups: which points meet, as candidates of the contact problem
-!> (theory.md, Contact between bodies), and what comes of it for each pair.
+!> Contact between bodies of different groups: the contact points, as candidates of the contact problem
+!> (theory.md, Contact between bodies), and the results for each pair.
 module m_body_pairs
    use m_kinds, only: wp
    use m_constants, only: exit_input, exit_numerical
@@ -29,7 +29,8 @@ module m_body_pairs
    public :: body_pairs_t
 
    real(wp), parameter :: longest_edge = 1.5_wp !< of a particle, in cells: longer ones have been split
-   real(wp), parameter :: early = 0.25_wp      !< a gap that nodes are asked about, in particle edges
+   real(wp), parameter :: early = 0.25_wp      !< gap below which the nodes' velocities are checked, in
+                                               !< particle edges
 
    type :: body_pairs_t
       integer :: fields = 1
@@ -37,13 +38,13 @@ module m_body_pairs
       type(pair_state_t), allocatable :: states(:) !< (pairs): of the last step; heat and work since the start
       type(pair_state_t), allocatable :: step(:)   !< (pairs): of this step
       real(wp), allocatable :: overlap(:)                !< (pairs): largest in the last step, m
-      real(wp), allocatable :: deflection(:) !< (pairs): the same of surfaces below the cells, m
+      real(wp), allocatable :: deflection(:) !< (pairs): largest deflection of surfaces below the cells, m
       type(surface_columns_t) :: at
       type(surface_elements_t) :: elements
       type(meeting_t), allocatable :: meetings(:)
-      integer :: met = 0         !< meetings
+      integer :: met = 0         !< number of meetings
       type(wanted_nodes_t) :: wanted
-      integer :: first = 1       !< candidate; those before are of tools
+      integer :: first = 1       !< first candidate between bodies; those before are of tools
       real(wp) :: subcell = 0.0_wp !< factor of the compliance below a cell; 0: none
       real(wp) :: deepest = 0.0_wp !< largest deflection by the pressures of the last step, of all ranks, m
       real(wp) :: time = 0.0_wp  !< s
@@ -100,7 +101,7 @@ contains
       end function has_facets
    end subroutine build
 
-   !> True when a scene has bodies that may meet.
+   !> True when a scene has bodies that may come into contact.
    pure logical function active(self)
       class(body_pairs_t), intent(in) :: self
       active = self%fields > 1
@@ -118,7 +119,7 @@ contains
       is_frictional = any(has_friction(self%specs%friction)) .or. any(self%specs%bond_strength > 0.0_wp)
    end function is_frictional
 
-   !> What the last step's forces were at each element: where the next solve starts from. The elements
+   !> Declare the forces of the last step at each element, from which the next solve starts. The elements
    !> themselves have been declared.
    subroutine declare(self, table)
       class(body_pairs_t), intent(inout) :: self
@@ -148,8 +149,8 @@ contains
       end do
    end subroutine declare
 
-   !> Collective among near ranks: the candidates of a step between bodies, after those of tools: points where
-   !> an element meets another body that the free motion would carry into it, or almost.
+   !> Collective among near ranks: append the candidates of a step between bodies after those of tools: points
+   !> where the free motion would carry an element into another body, or almost.
    subroutine find(self, communicator, level, materials, time, time_step, candidates)
       class(body_pairs_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -187,8 +188,8 @@ contains
       call candidates%order_pairs(size(level%blocks), self%first)
    end subroutine find
 
-   !> Collective among near ranks: meetings of the elements of a level's particles. What pressed them is taken
-   !> out of the particles' columns.
+   !> Collective among near ranks: find the meetings of the elements of a level's particles. Their pressures
+   !> are taken out of the particles' columns.
    subroutine meet(self, level)
       class(body_pairs_t), intent(inout) :: self
       type(level_t), intent(inout) :: level
@@ -201,7 +202,7 @@ contains
       call find_meetings(self%elements, self%meetings, self%met)
    end subroutine meet
 
-   !> True when the particles' velocities say that a meeting may become contact in a step.
+   !> True when a meeting may become contact in a step, by the particles' velocities.
    pure logical function may_touch(self, level, meeting, time_step)
       class(body_pairs_t), intent(in) :: self
       type(level_t), intent(in) :: level
@@ -213,7 +214,7 @@ contains
       end associate
    end function may_touch
 
-   !> Gap of a meeting (m), with what the bodies may overlap by.
+   !> Gap of a meeting (m), including the allowed overlap.
    pure real(wp) function gap_of(self, level, meeting) result(gap)
       class(body_pairs_t), intent(in) :: self
       type(level_t), intent(in) :: level
@@ -228,7 +229,7 @@ contains
       end associate
    end function gap_of
 
-   !> What adhesion bears at a candidate.
+   !> Set the tension and shear strength by adhesion at a candidate.
    pure subroutine set_adhesion(self, level, spec, element, c)
       class(body_pairs_t), intent(in) :: self
       type(level_t), intent(in) :: level
@@ -242,8 +243,7 @@ contains
       call find_adhesion(spec, c%gap, c%area, left, c%adhesive_tension, c%shear_strength)
    end subroutine set_adhesion
 
-   !> Collective among near ranks, when all bodies are filled: what overlaps and may be kept so; what is
-   !> bonded.
+   !> Collective among near ranks, when all bodies are filled: record allowed overlaps and bonds.
    subroutine begin(self, level, error)
       class(body_pairs_t), intent(inout) :: self
       type(level_t), intent(inout) :: level
@@ -287,10 +287,10 @@ contains
       end do
    end function deepest_of
 
-   !> Where the force of a meeting acts on its element's own body, and how far its gap is shut.
+   !> Set the force point of a meeting on its element's own body, and the closed share of its gap.
    subroutine place_candidate(self, candidates, level, materials, meeting, c)
       class(body_pairs_t), intent(in) :: self
-      type(candidates_t), intent(in) :: candidates !< for what they know of materials
+      type(candidates_t), intent(in) :: candidates !< provides data of materials
       type(level_t), intent(in) :: level
       type(materials_t), intent(in) :: materials
       type(meeting_t), intent(in) :: meeting
@@ -327,20 +327,20 @@ contains
          c%deflection = last(7)
          c%shear_deflection = last(8:10)
          c%pair = pair_of(nint(element%field), meeting%field)
-         ! what adheres has its own length at the edge of contact (eq. cohesive-zone)
+         ! adhesion has its own length at the edge of contact (eq. cohesive-zone)
          if (.not. self%specs(c%pair)%adhesion > 0.0_wp) &
             c%subcell = candidates%compliance_of(level, materials, c%block, c%particle, element%edge)
          c%has_friction = has_friction(self%specs(c%pair)%friction)
       end associate
    end subroutine place_candidate
 
-   !> No node of either body gets more of a force than its mass can bear; `held`: there are enough that can.
+   !> Limit the force on a node of either body to what its mass can bear; `held`: enough nodes remain.
    subroutine hold_candidate(self, level, meeting, c, partner, held)
       class(body_pairs_t), intent(in) :: self
       type(level_t), intent(in) :: level
       type(meeting_t), intent(in) :: meeting
       type(candidate_t), intent(inout) :: c
-      type(partner_t), intent(inout) :: partner !< with the masses of its nodes
+      type(partner_t), intent(inout) :: partner !< including the masses of its nodes
       logical, intent(out) :: held
       logical :: of_both(2)
       call cap(c%face, masses_of(level, c, places_of(level, c)), self%elements%list(meeting%element)%mass, &
@@ -350,7 +350,7 @@ contains
       held = all(of_both)
    end subroutine hold_candidate
 
-   !> Keep a meeting as a candidate if the free motion of the nodes would close it, or almost.
+   !> Keep a meeting as a candidate if the free motion of the nodes would close its gap, or almost.
    subroutine make_candidate(self, level, materials, time_step, meeting, first_wanted, partner, candidates)
       class(body_pairs_t), intent(inout) :: self
       type(level_t), intent(in) :: level
@@ -387,8 +387,8 @@ contains
       call candidates%add_pair(c, partner)
    end subroutine make_candidate
 
-   !> What the solution says of the candidates between bodies, to their particles and to the sums of the pairs
-   !> over this rank.
+   !> Transfer the solution for candidates between bodies to their particles and to the sums of the pairs on
+   !> this rank.
    subroutine keep(self, level, materials, candidates, time_step, pressure)
       class(body_pairs_t), intent(inout) :: self
       type(level_t), intent(inout) :: level
@@ -416,14 +416,15 @@ contains
       if (level%grid%section%is_round()) call close_rings(self%step)
    end subroutine keep
 
-   !> Collective: the sums over all ranks become the states of the pairs.
+   !> Collective: add the sums of all ranks to the states of the pairs.
    subroutine add_up(self, communicator)
       class(body_pairs_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       call add_up_pairs(communicator, self%step, self%states, self%overlap, self%deflection)
    end subroutine add_up
 
-   !> Collective among near ranks: contact is for the finest level: stop where bodies meet on a coarser one.
+   !> Collective among near ranks: an error if bodies meet on a coarser level than the finest, which alone
+   !> supports contact.
    subroutine forbid(self, level, finest, error)
       class(body_pairs_t), intent(inout) :: self
       type(level_t), intent(inout) :: level

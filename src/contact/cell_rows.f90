@@ -1,6 +1,6 @@
-!> Rows of a contact problem by the nodes that they share: those of the cell around a contact point, or of the
-!> bin of a particle whose whole face counts (theory.md, eq. face-mean). The two halves of a product load them
-!> once for all of their rows.
+!> Rows of a contact problem grouped by the nodes that they share: those of the cell around a contact point,
+!> or of the bin of a particle whose whole face counts (theory.md, eq. face-mean). The two halves of a product
+!> load the nodes once for all their rows.
 module m_cell_rows
    use m_kinds, only: wp
    implicit none
@@ -10,13 +10,13 @@ module m_cell_rows
    integer, parameter :: cell_nodes = 8 !< nodes of the cell around a contact point
    integer, parameter :: bin_nodes = 27 !< nodes around a particle's bin
    integer, parameter :: third = bin_nodes/3
-   integer, parameter :: width = 4      !< three components and a spare one: one vector register
+   integer, parameter :: width = 4      !< three components and an unused one: one vector register
 
-   !> Parts of rows with the same number of nodes; those of one cell, or of one bin, are a group. A row of two
-   !> bodies has a part on the nodes of each.
+   !> Parts of rows with the same number of nodes; those of one cell, or of one bin, form a group. A row
+   !> between two bodies has a part on the nodes of each.
    type :: grouped_rows_t
       integer :: rows = 0, groups = 0
-      integer, allocatable :: first(:)         !< (groups + 1): first place of each group
+      integer, allocatable :: first(:)         !< (groups + 1): first index of each group
       integer, allocatable :: node(:, :)       !< (nodes, groups)
       integer, allocatable :: row(:)           !< (places): the part's row
       real(wp), allocatable :: weight(:, :)    !< (nodes, places)
@@ -37,11 +37,11 @@ module m_cell_rows
 
 contains
 
-   !> Take the parts of the rows of a problem, in any order.
+   !> Sort the parts of the rows of a problem, given in any order.
    pure subroutine sort(self, nodes, row, first, node, weight, direction)
       class(cell_rows_t), intent(inout) :: self
-      integer, intent(in) :: nodes             !< how many there are
-      integer, intent(in) :: row(:)            !< (parts): whose they are
+      integer, intent(in) :: nodes             !< number of nodes
+      integer, intent(in) :: row(:)            !< (parts): row of each part
       integer, intent(in) :: first(:) !< (parts + 1): of the entries of each part, as many as a cell or a bin
                                       !< has nodes
       integer, intent(in) :: node(:)           !< (entries)
@@ -51,7 +51,7 @@ contains
       call group(self%of_bins, bin_nodes, nodes, row, first, node, weight, direction)
    end subroutine sort
 
-   !> Take those of other rows that are wanted; they keep their numbers.
+   !> Select the wanted rows of another list; they keep their numbers.
    pure subroutine choose(self, others, wanted)
       class(cell_rows_t), intent(inout) :: self
       type(cell_rows_t), intent(in) :: others
@@ -60,7 +60,7 @@ contains
       call choose_of(self%of_bins, others%of_bins, bin_nodes, wanted)
    end subroutine choose
 
-   !> Room for so many rows with so many nodes each.
+   !> Allocate a number of rows with a number of nodes each.
    pure subroutine make_room(self, each, rows)
       type(grouped_rows_t), intent(inout) :: self
       integer, intent(in) :: each, rows
@@ -74,7 +74,7 @@ contains
                 self%direction(width, room), self%push(room), self%lane(width, room))
    end subroutine make_room
 
-   !> Take the parts with so many nodes.
+   !> Group the parts with a given number of nodes.
    pure subroutine group(self, each, nodes, row, first, node, weight, direction)
       type(grouped_rows_t), intent(inout) :: self
       integer, intent(in) :: each, nodes, row(:), first(:), node(:)
@@ -101,7 +101,7 @@ contains
          c = self%row(at)
          self%weight(:, at) = weight(first(c):first(c + 1) - 1)
          self%direction(:, at) = direction(:, c)
-         if (at > 1) then ! beside a symmetry plane, cells that differ can begin with one node
+         if (at > 1) then ! at a symmetry plane different cells can have the same first node
             if (all(node(first(c):first(c + 1) - 1) == self%node(:, self%groups))) cycle
          end if
          self%groups = self%groups + 1
@@ -112,7 +112,7 @@ contains
       self%first(self%groups + 1) = self%rows + 1
    end subroutine group
 
-   !> Take those of other rows with so many nodes that are wanted.
+   !> Select the wanted rows with a given number of nodes of another list.
    pure subroutine choose_of(self, others, each, wanted)
       type(grouped_rows_t), intent(inout) :: self
       type(grouped_rows_t), intent(in) :: others
@@ -153,7 +153,7 @@ contains
       end associate
    end subroutine spread
 
-   !> Values of rows by their places.
+   !> Values of rows in the order of the groups.
    pure subroutine in_order(rows, row, from, to)
       integer, intent(in) :: rows, row(rows)
       real(wp), intent(in) :: from(*)     !< by rows
@@ -179,7 +179,7 @@ contains
       end associate
    end subroutine collect
 
-   !> Add up the lanes of rows, when all have theirs: one by one that would leave the vectors.
+   !> Add up the lanes of rows after all are complete: done one by one, this would not be vectorised.
    pure subroutine add_lanes(rows, row, lane, along)
       integer, intent(in) :: rows, row(rows)
       real(wp), intent(in) :: lane(width, rows) !< by places
@@ -190,7 +190,7 @@ contains
       end do
    end subroutine add_lanes
 
-   !> One lane a component; a cell's eight nodes in registers over its rows.
+   !> One lane per component; a cell's eight nodes in registers over its rows.
    pure subroutine spread_cells(cells, first, node, weight, direction, push, force)
       integer, intent(in) :: cells, first(cells + 1), node(cell_nodes, cells)
       real(wp), intent(in) :: weight(cell_nodes, *), direction(width, *), push(*)
@@ -208,7 +208,7 @@ contains
             s6 = force(q, node(6, g))
             s7 = force(q, node(7, g))
             s8 = force(q, node(8, g))
-            ! at least one, so that the loop over lanes can become vectors
+            ! at least one, so that the loop over lanes is vectorised
             do c = first(g), max(first(g), first(g + 1) - 1)
                f = push(c)*direction(q, c)
                s1 = s1 + weight(1, c)*f
@@ -232,7 +232,7 @@ contains
       end do
    end subroutine spread_cells
 
-   !> The lanes of rows, one a component, with a cell's eight nodes in registers over its rows.
+   !> The lanes of rows, one per component, with a cell's eight nodes in registers over its rows.
    pure subroutine collect_cells(cells, first, node, weight, direction, velocity, lane)
       integer, intent(in) :: cells, first(cells + 1), node(cell_nodes, cells)
       real(wp), intent(in) :: weight(cell_nodes, *), direction(width, *), velocity(width, *)
@@ -259,8 +259,8 @@ contains
       end do
    end subroutine collect_cells
 
-   !> The same as spread_cells, for bins: nine nodes at a time, a third of those of a bin. Beside a symmetry
-   !> plane a node stands for its mirror image too, so that sums are added one by one.
+   !> The same as spread_cells, for bins: nine nodes at a time, a third of those of a bin. At a symmetry plane
+   !> a node also represents its mirror image, so sums are added one by one.
    pure subroutine spread_bins(bins, first, node, weight, direction, push, force)
       integer, intent(in) :: bins, first(bins + 1), node(bin_nodes, bins)
       real(wp), intent(in) :: weight(bin_nodes, *), direction(width, *), push(*)

@@ -1,5 +1,5 @@
-!> Contact of the bodies with rigid tools and with each other: candidates, contact forces, their effect on the
-!> nodes (theory.md, eqs contact-*).
+!> Contact of the bodies with rigid tools and with each other: candidates, contact forces, and their effect on
+!> the nodes (theory.md, eqs contact-*).
 module m_contact
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -35,29 +35,29 @@ module m_contact
       type(tool_t), allocatable :: tools(:)
       type(tool_state_t), allocatable :: states(:)
       type(contact_spec_t) :: spec
-      logical :: strains_apart = .false.    !< the stress has a solve of its own ('usf', 'musl'),
-      logical :: strains_next = .false.     !< at the beginning of the next step ('usf')
+      logical :: strains_apart = .false.    !< the stress has a separate nodal solution ('usf', 'musl'),
+      logical :: strains_next = .false.     !< computed at the beginning of the next step ('usf')
       real(wp), allocatable :: given(:, :)  !< (6, tools): velocities at the origin and spins of the tools in
-                                            !< the step, where the stress comes first; 0 of those that loads
-                                            !< push; m/s, rad/s
+                                            !< the step, where the stress is updated first; 0 for load-driven
+                                            !< ones; m/s, rad/s
       logical :: has_problem = .false.      !< some rank has candidates in this step
-      logical :: followed = .false.         !< the work of the tools is known by the particles' motion too
+      logical :: followed = .false.         !< the work of the tools is also known from the particles' motion
       type(contact_system_t) :: system
       type(petsc_solver_t) :: solver
       type(candidates_t) :: candidates
       type(body_pairs_t) :: pairs           !< bodies of different groups
       type(friction_t) :: friction
       integer(i8) :: solves = 0, iterations = 0, unsolved = 0
-      integer(i8) :: unsolved_in_row = 0    !< steps up to now whose residual was far above the tolerance
+      integer(i8) :: unsolved_in_row = 0    !< consecutive steps with a residual far above the tolerance
       real(wp) :: time = 0.0_wp             !< at which the step began, s
       real(wp) :: step_residual = 0.0_wp    !< largest of a step's problems, relative
-      character(len=:), allocatable :: effort !< that was made of the last problem
-      integer(i8) :: largest = 0            !< most candidates in a step, over all ranks
-      integer(i8) :: handled = 0            !< candidates of all ranks, over all steps since the program began
+      character(len=:), allocatable :: effort !< description of the last solution
+      integer(i8) :: largest = 0            !< largest number of candidates in a step, over all ranks
+      integer(i8) :: handled = 0            !< candidates of all ranks, over all steps of the program
       real(wp) :: worst_residual = 0.0_wp   !< relative
       real(wp) :: worst_overlap = 0.0_wp    !< m
-      real(wp) :: worst_bridge = 0.0_wp !< largest force that acts across a gap, times the gap: over largest
-                                        !< force and cell
+      real(wp) :: worst_bridge = 0.0_wp !< largest force across a gap, times the gap, over largest force and
+                                        !< cell
       type(reaction_t), allocatable :: reactions(:) !< (tools): of a step, on this rank
    contains
       procedure :: build
@@ -77,15 +77,17 @@ module m_contact
       procedure :: make_room
    end type contact_t
 
-   real(wp), parameter :: far_above = 100.0_wp !< times the tolerance: a fault in so many steps running:
+   real(wp), parameter :: far_above = 100.0_wp !< multiple of the tolerance: above it for this many
+                                               !< consecutive steps is an error:
    integer, parameter :: max_unsolved = 10
-   integer, parameter :: max_sweeps = 50         !< over normal forces and friction in a step
-   integer, parameter :: products = 20 !< of the problem of friction, for each iteration that the other is
-                                       !< allowed
+   integer, parameter :: max_sweeps = 50         !< maximum of alternations between normal forces and friction
+                                                 !< in a step
+   integer, parameter :: products = 20 !< products of the friction problem for each allowed iteration of the
+                                       !< other
 
 contains
 
-   !> Tools at their start, and the pairs of bodies that may meet.
+   !> Set up the tools at their start, and the pairs of bodies.
    subroutine build(self, scene)
       class(contact_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
@@ -106,7 +108,7 @@ contains
       self%friction%present = any(has_friction(scene%tools%friction)) .or. self%pairs%is_frictional()
    end subroutine build
 
-   !> The fields that contact adds; they are also where the next solve starts from.
+   !> Declare the fields of contact, which also give the start of the next solve.
    pure subroutine declare(self, table)
       class(contact_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
@@ -133,14 +135,14 @@ contains
       self%candidates%dragged = table%column('contact_shear_deflection')
    end subroutine declare
 
-   !> True when the scene has tools, or bodies that may meet.
+   !> True when the scene has tools, or bodies that may come into contact.
    pure logical function active(self)
       class(contact_t), intent(in) :: self
       active = size(self%tools) > 0 .or. self%pairs%active()
    end function active
 
-   !> Collective: add the contact forces of one step to the solved nodes. On entry `nodes` holds what they
-   !> would do without contact; tools stand where they are at `time`, until `finish_step`.
+   !> Collective: add the contact forces of one step to the solved nodes. On entry `nodes` holds the motion
+   !> without contact; tools are at their positions at `time`, until `finish_step`.
    subroutine apply(self, communicator, level, materials, time, time_step, error)
       class(contact_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -183,8 +185,8 @@ contains
          call self%pairs%keep(level, materials, self%candidates, time_step, self%candidates%pressure)
    end subroutine apply
 
-   !> The velocities that a step leaves its contact points with, for a stress that is made later; in the next
-   !> step, less those that the tools are given, which may be others then.
+   !> Store the velocities of the contact points after a step, for a later stress solution; in the next step
+   !> relative to the given velocities of the tools, which may have changed.
    subroutine keep_velocities(candidates, given, level)
       type(candidates_t), intent(inout) :: candidates
       real(wp), intent(in) :: given(:, :) !< (6, tools)
@@ -200,7 +202,7 @@ contains
       end do
    end subroutine keep_velocities
 
-   !> Collective: whether there is a problem to be solved; the solver gets room for it.
+   !> Collective: whether there is a problem to solve; allocates the solver.
    subroutine make_room(self, communicator)
       class(contact_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -214,8 +216,8 @@ contains
          call self%solver%fit(communicator%comm%MPI_VAL, 64*((9*unknowns/8)/64 + 1))
    end subroutine make_room
 
-   !> Forces of the candidates: no tension, no pressure across a gap, no way into the tool; friction where a
-   !> tool has any.
+   !> Solve for the forces of the candidates: no tension, no pressure across a gap, no penetration of the
+   !> tool; friction where a tool has any.
    subroutine solve(self, level, time_step, error)
       class(contact_t), intent(inout) :: self
       type(level_t), intent(inout) :: level
@@ -242,8 +244,8 @@ contains
                          self%friction%forces_of(self%system), self%worst_bridge)
    end subroutine solve
 
-   !> Adhesion bears a tension up to a limit. The unknowns become forces above that limit, which are not below
-   !> 0 (theory.md, eq. adhesion); what the limit itself does to the points goes to the right-hand side.
+   !> Adhesion bears a tension up to a limit. The unknowns become forces relative to that limit, which are not
+   !> below 0 (theory.md, eq. adhesion); the effect of the limit itself moves to the right-hand side.
    subroutine add_adhesion(self, b, x, limit)
       class(contact_t), intent(inout) :: self
       real(wp), intent(inout) :: b(:), x(:)
@@ -259,7 +261,7 @@ contains
       x = max(0.0_wp, x + limit)
    end subroutine add_adhesion
 
-   !> The problem of the normal forces, scaled: its right-hand side, and the forces to start from.
+   !> Set up the scaled problem of the normal forces: its right-hand side, and the initial forces.
    subroutine pose(self, level, time_step, b, x, error)
       class(contact_t), intent(in) :: self
       type(level_t), intent(in) :: level
@@ -274,7 +276,7 @@ contains
             x(c) = 0.0_wp
             if (scale > 0.0_wp) x(c) = it%force/scale
             if (abs(b(c)) <= huge(1.0_wp) .and. abs(x(c)) <= huge(1.0_wp)) cycle
-            b(c) = huge(1.0_wp) ! for all ranks to see
+            b(c) = huge(1.0_wp) ! makes the error visible to all ranks
             x(c) = 0.0_wp
             call fail(error, exit_numerical, candidate_text(it, self%tools, level, self%time)// &
                       ' has a speed or force that is not a number; try a smaller safety', recoverable=.true.)
@@ -282,7 +284,7 @@ contains
       end do
    end subroutine pose
 
-   !> The problem of the normal forces, and its share of the statistics.
+   !> Solve the problem of the normal forces, and update the statistics.
    subroutine solve_normal(self, b, x, iterations)
       class(contact_t), intent(inout) :: self
       real(wp), intent(in) :: b(:)
@@ -295,7 +297,7 @@ contains
       call self%check_convergence(residual, to_text(iterations)//' iterations')
    end subroutine solve_normal
 
-   !> Count a problem that did not come below the tolerance.
+   !> Count a problem that did not converge to the tolerance.
    subroutine check_convergence(self, residual, effort)
       class(contact_t), intent(inout) :: self
       real(wp), intent(in) :: residual
@@ -306,8 +308,8 @@ contains
       if (residual > self%spec%tolerance) self%effort = effort
    end subroutine check_convergence
 
-   !> Collective: a step's contact forces must solve its problem: a residual without hope is a fault at once,
-   !> one far above the tolerance when it lasts. Names where the forces are furthest from the solution.
+   !> Collective: check that a step's contact forces solve its problem: a hopeless residual is an error at
+   !> once, one far above the tolerance if it persists. The message names the point with the largest error.
    subroutine check_solution(self, level, b, x, w, error)
       class(contact_t), intent(inout) :: self
       type(level_t), intent(in) :: level
@@ -333,16 +335,16 @@ contains
       call self%system%communicator%agree(error)
    end subroutine check_solution
 
-   !> Normal forces with the friction held, and friction with the normal forces held, in turn until the normal
-   !> problem is solved with the friction that belongs to it (theory.md, eq. friction-sweeps). On return b
-   !> holds what the friction does to it.
+   !> Alternate between normal forces with fixed friction and friction with fixed normal forces until the
+   !> normal problem is solved with the friction that belongs to it (theory.md, eq. friction-sweeps). On
+   !> return b includes the effect of friction.
    subroutine sweep(self, level, time_step, limit, b, x, settled)
       class(contact_t), intent(inout) :: self
       type(level_t), intent(in) :: level
       real(wp), intent(in) :: time_step !< s
-      real(wp), intent(in) :: limit(:) !< of adhesion, scaled: forces are x less this
+      real(wp), intent(in) :: limit(:) !< of adhesion, scaled: forces are x minus this
       real(wp), intent(inout) :: b(:), x(:)
-      logical, intent(out) :: settled !< in as many rounds as are allowed
+      logical, intent(out) :: settled !< converged within the allowed rounds
       real(wp) :: free(size(b)), dragged(size(b)), residual
       real(wp) :: pushed(2*self%candidates%frictional), radius(self%candidates%frictional)
       integer :: c, iterations, n, round, rows
@@ -376,8 +378,8 @@ contains
       end associate
    end subroutine sweep
 
-   !> What the forces of the step do on the particles of a block that the tools press, by the motion that
-   !> these have just made.
+   !> Add the work of the step's contact forces on the particles of a block pressed by tools, by the
+   !> particles' motion in the step.
    pure subroutine follow(self, level, b, gradient, way_to, time_step)
       class(contact_t), intent(inout) :: self
       type(level_t), intent(in) :: level
@@ -391,8 +393,8 @@ contains
       end associate
    end subroutine follow
 
-   !> Collective, at the end of a step: loads, overlaps and work of the tools; loads move those that
-   !> are pushed. On return tools stand where they are at `time`, that of the end.
+   !> Collective, at the end of a step: loads, overlaps and work of the tools; load-driven tools are moved. On
+   !> return tools are at their positions at `time`, that of the end.
    subroutine finish_step(self, communicator, level, time, time_step, error)
       class(contact_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -426,7 +428,7 @@ contains
       end do
    end subroutine finish_step
 
-   !> Collective: free what PETSc holds.
+   !> Collective: free PETSc objects.
    subroutine release(self)
       class(contact_t), intent(inout) :: self
       call self%solver%release()

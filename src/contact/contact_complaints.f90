@@ -1,4 +1,4 @@
-!> What is wrong with contact, in a sentence: which particle, where, on which level, at which tool.
+!> Error messages about contact: which particle, where, on which level, at which tool.
 module m_contact_complaints
    use m_kinds, only: wp
    use m_constants, only: exit_numerical, block_size
@@ -15,7 +15,7 @@ module m_contact_complaints
 
 contains
 
-   !> Contact is for the finest level: stop when a tool reaches a particle of a coarser one.
+   !> An error if a tool reaches a particle of a coarser level than the finest, which alone supports contact.
    subroutine forbid_contact(tools, level, finest, error)
       type(tool_t), intent(in) :: tools(:)
       type(level_t), intent(in) :: level, finest
@@ -35,8 +35,7 @@ contains
       end do
    end subroutine forbid_contact
 
-   !> The first particle of a block whose contact point lies inside a tool, and the tool; 0 where there is
-   !> none.
+   !> The first particle of a block whose contact point lies inside a tool, and the tool; 0 if there is none.
    pure subroutine first_inside(tools, level, b, particle, tool)
       type(tool_t), intent(in) :: tools(:)
       type(level_t), intent(in) :: level
@@ -48,7 +47,7 @@ contains
             if (.not. near_tool(tools(tool), level, level%blocks(b), fastest*level%grid%cell)) cycle
             limit = tools(tool)%spec%penetration_factor*thickest(level)
             do particle = 1, level%blocks(b)%particles%count
-               ! hardly any particle is so near that its own thickness must be found
+               ! few particles are so near that their thickness is needed
                call tools(tool)%gap_within(column(particle, x:x + 2), limit, gap, normal)
                if (.not. gap < limit) cycle
                if (gap <= -limit) return
@@ -60,7 +59,7 @@ contains
       particle = 0
    end subroutine first_inside
 
-   !> Where contact is allowed, for a sentence.
+   !> The region where contact is allowed, as text for a message.
    function allowed_text(finest) result(text)
       type(level_t), intent(in) :: finest
       character(len=:), allocatable :: text
@@ -115,7 +114,7 @@ contains
       end associate
    end function acts_inside
 
-   !> Who is at a tool, when, where and on which level, for a sentence.
+   !> Particle, tool, time, position and level, as text for a message.
    function candidate_text(it, tools, level, time) result(text)
       type(candidate_t), intent(in) :: it
       type(tool_t), intent(in) :: tools(:)
@@ -136,7 +135,7 @@ contains
       end associate
    end function candidate_text
 
-   !> What a candidate meets, for a sentence.
+   !> The opponent of a candidate, as text for a message.
    pure function opponent(it, tools) result(text)
       type(candidate_t), intent(in) :: it
       type(tool_t), intent(in) :: tools(:)

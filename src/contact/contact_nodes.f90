@@ -1,5 +1,4 @@
-!> The nodes that the rows of a contact problem touch: their numbers, and which of them rows of other ranks
-!> touch too.
+!> The nodes of the rows of a contact problem: their numbers, and those shared with rows of other ranks.
 module m_contact_nodes
    use m_kinds, only: wp, i8
    use m_near_ranks, only: near_ranks_t
@@ -8,10 +7,10 @@ module m_contact_nodes
    private
    public :: contact_nodes_t, nodal_forces_t
 
-   !> Forces that the rows of one rank give to nodes.
+   !> Forces of one rank's rows on nodes.
    type :: nodal_forces_t
       integer(i8), allocatable :: node(:)  !< in the grid, rising
-      real(wp), allocatable :: force(:, :) !< (4, :), N; the last is idle
+      real(wp), allocatable :: force(:, :) !< (4, :), N; the last component is unused
    end type nodal_forces_t
 
    type :: contact_nodes_t
@@ -19,11 +18,11 @@ module m_contact_nodes
       integer :: extent(4) = 0                 !< nodes of the grid along each axis, from -1 on; fields
       integer(i8), allocatable :: grid_node(:) !< (count): number in the grid, from 1, x fastest; rising
       type(near_ranks_t), private :: near
-      integer, private :: rank = 0                     !< this one
-      integer(i8), allocatable, private :: theirs(:)   !< nodes in the grid that rows of near ranks touch,
-                                                       !< rank by rank, rising
-      integer, allocatable, private :: their_count(:)  !< (near ranks): how many of them
-      integer, allocatable, private :: shared(:)       !< those that rows here touch too: local numbers
+      integer, private :: rank = 0                     !< this rank
+      integer(i8), allocatable, private :: theirs(:)   !< nodes in the grid used by rows of near ranks, rank
+                                                       !< by rank, rising
+      integer, allocatable, private :: their_count(:)  !< (near ranks): number of these nodes
+      integer, allocatable, private :: shared(:)       !< those used by local rows too: local numbers
       integer, allocatable, private :: shared_count(:) !< (near ranks)
    contains
       procedure :: number_all
@@ -45,15 +44,16 @@ contains
       integer, intent(in) :: last(:)         !< (points): nodes along each axis are from 0 to here
       integer, intent(in) :: field(:)        !< (points): velocity field, from 1
       integer, intent(inout) :: node(:)      !< on return its first entries are the points' nodes, x fastest
-      integer, allocatable :: x(:), y(:), z(:)                ! the places along each axis that occur, rising
-      integer, allocatable :: x_rank(:), y_rank(:), z_rank(:) ! which of them a place is
+      integer, allocatable :: x(:), y(:), z(:)                ! the coordinates along each axis that occur,
+                                                              ! rising
+      integer, allocatable :: x_rank(:), y_rank(:), z_rank(:) ! index of a coordinate in these lists
       integer, allocatable :: number(:)
       integer :: entries, i, j, k, n, p
       call list_places(place(:, 1, :), last, x, x_rank)
       call list_places(place(:, 2, :), last, y, y_rank)
       call list_places(place(:, 3, :), last, z, z_rank)
       entries = 0
-      do p = 1, size(last) ! first the places of the nodes in the box of all places that occur
+      do p = 1, size(last) ! first index the nodes in the bounding box of all coordinates
          associate (at => place(:, :, p))
             do k = 1, last(p) + 1
                do j = 1, last(p) + 1
@@ -86,12 +86,12 @@ contains
       node(:entries) = number(node(:entries))
    end subroutine number_all
 
-   !> The places along an axis that occur, rising, and which of them a place is; 0 where it does not occur.
+   !> The coordinates along an axis that occur, rising, and the index of each; 0 if it does not occur.
    pure subroutine list_places(at, last, places, rank)
       integer, intent(in) :: at(0:, :) !< (0:2, rows)
-      integer, intent(in) :: last(:)   !< (rows): they count up to here
+      integer, intent(in) :: last(:)   !< (rows): index of the last node
       integer, allocatable, intent(out) :: places(:)
-      integer, allocatable, intent(out) :: rank(:) !< from the lowest place to the highest
+      integer, allocatable, intent(out) :: rank(:) !< from the lowest coordinate to the highest
       integer :: i, p
       allocate (rank(minval(at):maxval(at)), source=0)
       do i = 1, size(last)
@@ -109,14 +109,14 @@ contains
       end do
    end subroutine list_places
 
-   !> Number of a field's node in the grid, from 1, x fastest: there may be more than 2**31.
+   !> Number of a field's node in the grid, from 1, x fastest: it may exceed 2**31.
    pure integer(i8) function grid_number(extent, place, field)
       integer, intent(in) :: extent(4), place(3), field !< places from -1 on
       grid_number = place(1) + 2 + extent(1)*(place(2) + 1 + extent(2)*(place(3) + 1_i8 &
          + extent(3)*(field - 1_i8)))
    end function grid_number
 
-   !> Place in the grid, from -1 on, of a node by its number there.
+   !> Coordinates in the grid, from -1 on, of a node by its number.
    pure function place_of(self, number) result(place)
       class(contact_nodes_t), intent(in) :: self
       integer(i8), intent(in) :: number
@@ -134,7 +134,7 @@ contains
       field_of = 1 + int((number - 1)/product(int(self%extent(:3), i8)))
    end function field_of
 
-   !> Collective among near ranks: learn which nodes their rows touch too.
+   !> Collective among near ranks: find the nodes shared with their rows.
    subroutine connect(self, communicator, near)
       class(contact_nodes_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -161,7 +161,7 @@ contains
       end associate
    end subroutine connect
 
-   !> Places in `ours` of the values that stand in `theirs` too; both rise.
+   !> Indices in `ours` of the values that are in `theirs` too; both rise.
    pure function common(ours, theirs) result(places)
       integer(i8), intent(in) :: ours(:), theirs(:)
       integer, allocatable :: places(:)
@@ -181,7 +181,7 @@ contains
       places = found(:n)
    end function common
 
-   !> Collective among near ranks: to values of nodes by this rank's rows, add those by other ranks' rows.
+   !> Collective among near ranks: add the values of other ranks' rows to nodal values of this rank's rows.
    subroutine add_up(self, values)
       class(contact_nodes_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: values(:, :) !< (3 or more, nodes)
@@ -197,8 +197,8 @@ contains
       end do
    end subroutine add_up
 
-   !> Collective among near ranks: the forces that the rows of each of them and of this one give to nodes, by
-   !> rising rank.
+   !> Collective among near ranks: exchange the forces of the rows of each of them and of this one on nodes,
+   !> by rising rank.
    subroutine exchange(self, force, parts)
       class(contact_nodes_t), intent(in) :: self
       real(wp), intent(in) :: force(:, :) !< (4, nodes) of this rank's rows, N
@@ -224,8 +224,8 @@ contains
       end associate
    end subroutine exchange
 
-   !> The nodes of this rank's rows, and of each near rank's: what particles here give to them is then given
-   !> back.
+   !> Lists of the nodes of this rank's rows, and of each near rank's, for contributions of local particles,
+   !> which `give_back` returns.
    subroutine list_all(self, lists)
       class(contact_nodes_t), intent(in) :: self
       type(nodal_forces_t), allocatable, intent(out) :: lists(:)
@@ -239,7 +239,7 @@ contains
       end do
    end subroutine list_all
 
-   !> Collective among near ranks: sums over ranks of what each has for the nodes of the others' rows.
+   !> Collective among near ranks: sum over ranks their contributions to the nodes of the others' rows.
    subroutine give_back(self, lists, total)
       class(contact_nodes_t), intent(in) :: self
       type(nodal_forces_t), intent(in) :: lists(:) !< as of list_all, with values, three a node

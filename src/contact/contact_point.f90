@@ -1,5 +1,5 @@
-!> A contact point: the face of a particle that a tool may press in a step, the nodes that its force acts on,
-!> and what the step makes of it (theory.md, eqs contact-gap, carried-gap).
+!> A contact point: the face of a particle that a tool may press in a step, the nodes on which its force acts,
+!> and the results of the step (theory.md, eqs contact-gap, carried-gap).
 module m_contact_point
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -17,68 +17,67 @@ module m_contact_point
    !> A particle that would end the step inside a tool or another body, or within a margin of it.
    type :: candidate_t
       integer :: block = 0, particle = 0
-      integer :: tool = 0                 !< that it may touch; 0: another body,
-      integer :: partner = 0              !< by its number in a list of partners
+      integer :: tool = 0                 !< number of the tool; 0: another body,
+      integer :: partner = 0              !< number in the list of partners
       type(face_weights_t) :: face        !< where its force acts: nodes and their weights
       real(wp) :: normal(3) = 0.0_wp !< outward from the tool or the other body
-      real(wp) :: reflected_normal(3) = 0.0_wp !< the same, mirrored where the contact point has been folded
-                                               !< back at a symmetry plane
+      real(wp) :: reflected_normal(3) = 0.0_wp !< the same, mirrored if the contact point was mirrored at a
+                                               !< symmetry plane
       real(wp) :: reflection(3) = 1.0_wp !< -1 for the components in which the two differ
-      real(wp) :: gap = 0.0_wp   !< of its contact point now, m
-      logical :: carried = .false. !< the gap is the one that the nodes have carried on from the last step
-                                   !< (eq. carried-gap)
-      real(wp) :: allowed = 0.0_wp !< overlap that the gap does not count, m
-      real(wp) :: subcell = 0.0_wp !< compliance of the half-space below a cell under it, m/Pa (eq. subcell)
-      real(wp) :: deflection = 0.0_wp !< by which pressures that vary within a cell press its surface in, m,
-      real(wp) :: shear_deflection(3) = 0.0_wp !< and by which friction drags it along, m
-      real(wp) :: drift = 0.0_wp !< that less the gap by the particle's place and shape, m
-      real(wp) :: speed = 0.0_wp !< of its contact point along the normal as the nodes have it without
+      real(wp) :: gap = 0.0_wp   !< present gap of its contact point, m
+      logical :: carried = .false. !< the gap is carried from the last step by the nodes (eq. carried-gap)
+      real(wp) :: allowed = 0.0_wp !< overlap excluded from the gap, m
+      real(wp) :: subcell = 0.0_wp !< compliance of the half-space below a cell, m/Pa (eq. subcell)
+      real(wp) :: deflection = 0.0_wp !< deflection of its surface by pressures that vary within a cell, m,
+      real(wp) :: shear_deflection(3) = 0.0_wp !< and tangential deflection by friction, m
+      real(wp) :: drift = 0.0_wp !< carried gap minus that by the particle's position and shape, m
+      real(wp) :: speed = 0.0_wp !< speed of its contact point along the normal, from the nodes without
                                  !< contact, m/s
       real(wp) :: opposite(3) = 0.0_wp !< velocity of the tool or the other body there without contact, m/s
       real(wp) :: area = 0.0_wp  !< m2
-      real(wp) :: depth = 0.0_wp !< of a section: how far the face goes on across it, m; 0: there is none
+      real(wp) :: depth = 0.0_wp !< of a section: extent of the face normal to it, m; 0: no section
       real(wp) :: mass = 1.0_wp  !< kg
       real(wp) :: force = 0.0_wp !< N
       real(wp) :: opening = 0.0_wp !< speed at which its gap opens with that force, m/s
       real(wp) :: adhesive_tension = 0.0_wp  !< largest tension that adhesion bears, N
-      real(wp) :: shear_strength = 0.0_wp  !< tangential force that it bears besides friction, N
-      integer :: pair = 0           !< of contact groups, between bodies
+      real(wp) :: shear_strength = 0.0_wp  !< tangential force that it bears in addition to friction, N
+      integer :: pair = 0           !< pair of contact groups, for candidates between bodies
       logical :: has_friction = .false.
-      real(wp) :: limit = 0.0_wp    !< the largest friction that it bears with its force, N
-      integer :: frictional = 0     !< place among the candidates with friction; 0 without
-      real(wp) :: tangent(3, 2) = 0.0_wp !< across the normal, as the tool sees them
+      real(wp) :: limit = 0.0_wp    !< largest friction at its force, N
+      integer :: frictional = 0     !< index among the candidates with friction; 0 without
+      real(wp) :: tangent(3, 2) = 0.0_wp !< normal to `normal`, as seen by the tool
       real(wp) :: tangential_force(2) = 0.0_wp !< friction on the body along the tangents, N
       real(wp) :: last_tangential_force(3) = 0.0_wp  !< the same in the last step, N
       real(wp) :: from(3) = 0.0_wp       !< the particle's centre at the beginning of the step, m
       real(wp) :: arm(3) = 0.0_wp        !< from there to the contact point, m
-      real(wp) :: share = 1.0_wp         !< of its face that is under a tool with a rim (eq. rim-cut),
-      real(wp) :: aside(3) = 0.0_wp      !< from the middle of the face to that of this part, m,
-      real(wp) :: spans(3) = 1.0_wp      !< and what it spans of the half edges
-      real(wp) :: velocity(3) = 0.0_wp !< of the contact point as the step leaves the nodes; where the stress
-                                       !< asks for it, m/s
+      real(wp) :: share = 1.0_wp         !< share of its face under a tool with a rim (eq. rim-cut),
+      real(wp) :: aside(3) = 0.0_wp      !< vector from the middle of the face to that of this part, m,
+      real(wp) :: spans(3) = 1.0_wp      !< and its extents in half edges
+      real(wp) :: velocity(3) = 0.0_wp !< of the contact point after the step, m/s; only where the stress
+                                       !< needs it
    end type candidate_t
 
    !> The other body of a candidate, where the candidate's force acts on it.
    type :: partner_t
       integer :: field = 0                !< its velocity field
-      integer :: element = 0              !< of the candidate's particle, that meets it
+      integer :: element = 0              !< element of the candidate's particle that meets it
       type(face_weights_t) :: face        !< nodes and their weights; the lowest node in the grid, from 0
-      real(wp) :: reflection(3) = 1.0_wp  !< as of the candidate
+      real(wp) :: reflection(3) = 1.0_wp  !< as for the candidate
       real(wp) :: mass(0:2, 0:2, 0:2) = 0.0_wp !< of the nodes, kg
       real(wp) :: point(3) = 0.0_wp       !< where the force acts on the candidate's body, m
-      real(wp) :: slip(2) = 0.0_wp        !< along the tangents, as the step leaves it, m/s
+      real(wp) :: slip(2) = 0.0_wp        !< along the tangents, after the step, m/s
       real(wp) :: deflected(3) = 0.0_wp   !< shear deflection of the candidate in the last step, m
    end type partner_t
 
-   type(candidate_t), parameter :: no_candidate = candidate_t() !< before anything is said of it
-   real(wp), parameter :: sliding = 0.999_wp !< of the largest friction: from here on a point slides
-   real(wp), parameter :: margin = 0.05_wp !< candidates come in this far before they touch, in particle edges
-   real(wp), parameter :: overlap_rate = 0.01_wp !< overlap is taken back by at most this much a step, in
-                                                 !< particle edges
+   type(candidate_t), parameter :: no_candidate = candidate_t() !< initial values
+   real(wp), parameter :: sliding = 0.999_wp !< of the largest friction: above this share a point slides
+   real(wp), parameter :: margin = 0.05_wp !< gap up to which candidates are included, in particle edges
+   real(wp), parameter :: overlap_rate = 0.01_wp !< rate at which overlap is removed per step, in particle
+                                                 !< edges
 
 contains
 
-   !> How far a pressed particle goes along the normal after its motion, m.
+   !> Displacement of a pressed particle along the normal after its motion, m.
    pure real(wp) function drift_of(c) result(drift)
       type(candidate_t), intent(in) :: c
       drift = 0.0_wp
@@ -98,10 +97,10 @@ contains
       end if
    end function width_of
 
-   !> The nodes of a contact point and their weights. The traction acts on the face of the particle, not in
-   !> its volume: a uniform pressure then makes a uniform stress, wherever the surface stands in its cell
+   !> Set the nodes of a contact point and their weights. The traction acts on the face of the particle, not
+   !> in its volume: a uniform pressure then gives a uniform stress, wherever the surface is in its cell
    !> (theory.md, eqs contact-nodes, face-mean). A point beyond a symmetry plane is the mirror image of one
-   !> inside, with the mirrored normal, and no face reaches beyond the plane.
+   !> inside, with the mirrored normal, and no face extends beyond the plane.
    pure subroutine set_face(c, grid, block, node, turns, place, span)
       type(candidate_t), intent(inout) :: c
       type(grid_level_t), intent(in) :: grid
@@ -115,11 +114,11 @@ contains
    !> The same for any face.
    pure subroutine place_face(face, reflection, grid, block, node, turns, place, span)
       type(face_weights_t), intent(inout) :: face
-      real(wp), intent(inout) :: reflection(3) !< becomes -1 where the face is folded back
+      real(wp), intent(inout) :: reflection(3) !< set to -1 where the face is mirrored
       type(grid_level_t), intent(in) :: grid
       integer, intent(in) :: block(3)    !< place of the block
-      integer, intent(in) :: node(3)     !< in the middle of the particle's bin, from 0
-      logical, intent(in) :: turns       !< the domain's edges do
+      integer, intent(in) :: node(3)     !< node of the particle's bin, from 0
+      logical, intent(in) :: turns       !< the domain's edges rotate
       real(wp), intent(in) :: place(3)   !< of the contact point, in cells from the block's first node
       real(wp), intent(in) :: span(3, 3) !< of the face around it, cells
       real(wp) :: folded(3), halves(3, 3), beyond, reach
@@ -141,9 +140,9 @@ contains
       call weigh(face, node, folded, halves, turns)
    end subroutine place_face
 
-   !> A share of a force stays at its point, the rest goes to the particle's centre, so that its middle is the
-   !> face of the material (theory.md, eq. element-share). Not where one of them is folded back at a symmetry
-   !> plane.
+   !> Keep a share of a force at its point and apply the rest at the particle's centre, so that the centre of
+   !> the force is on the face of the material (theory.md, eq. element-share). Not if one of them is mirrored
+   !> at a symmetry plane.
    pure subroutine spread_inward(face, reflection, grid, block, node, turns, centre, span, share)
       type(face_weights_t), intent(inout) :: face
       real(wp), intent(in) :: reflection(3)
@@ -152,7 +151,7 @@ contains
       logical, intent(in) :: turns
       real(wp), intent(in) :: centre(3)  !< in cells from the block's first node
       real(wp), intent(in) :: span(3, 3)
-      real(wp), intent(inout) :: share   !< becomes 1 where all stays
+      real(wp), intent(inout) :: share   !< set to 1 where all of it stays
       type(face_weights_t) :: inner
       real(wp) :: turned(3)
       if (.not. share < 1.0_wp) return
@@ -165,7 +164,7 @@ contains
       end if
    end subroutine spread_inward
 
-   !> Velocity (m/s) that a contact point gets from the solved nodes, as the tool sees it.
+   !> Velocity (m/s) of a contact point from the solved nodes, as seen by the tool.
    pure function point_velocity(level, c) result(velocity)
       type(level_t), intent(in) :: level
       type(candidate_t), intent(in) :: c
@@ -185,14 +184,14 @@ contains
       velocity = c%reflection*velocity
    end function point_velocity
 
-   !> Where it is at the beginning of the step, m.
+   !> Its position at the beginning of the step, m.
    pure function place_of(c) result(place)
       type(candidate_t), intent(in) :: c
       real(wp) :: place(3)
       place = c%from + c%arm
    end function place_of
 
-   !> Velocity (m/s) of its tool there.
+   !> Velocity (m/s) of its tool at its position.
    pure function tool_velocity(tools, c) result(velocity)
       type(tool_t), intent(in) :: tools(:)
       type(candidate_t), intent(in) :: c

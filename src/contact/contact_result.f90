@@ -1,5 +1,5 @@
-!> What the solution of a step's contact problem says of its candidates: forces, and the gaps that are carried
-!> on (theory.md, eqs contact-condition, carried-gap, subcell).
+!> Results of a step's contact problem for its candidates: forces, and carried gaps (theory.md, eqs
+!> contact-condition, carried-gap, subcell).
 module m_contact_result
    use m_kinds, only: wp
    use m_level, only: level_t
@@ -13,7 +13,7 @@ module m_contact_result
 
 contains
 
-   !> What the solution says of the candidates, in their list and in the columns of their particles.
+   !> Store the solution in the list of candidates and in the columns of their particles.
    subroutine keep_solution(system, candidates, level, time_step, b, x, w, friction, bridge)
       type(contact_system_t), intent(inout) :: system
       type(candidates_t), intent(inout) :: candidates
@@ -21,7 +21,7 @@ contains
       real(wp), intent(in) :: time_step        !< s
       real(wp), intent(in) :: b(:), x(:), w(:) !< right-hand side, solution, product, scaled
       real(wp), intent(in) :: friction(:)      !< of the rows of friction, scaled
-      real(wp), intent(inout) :: bridge        !< largest force across a gap, times the gap, seen yet
+      real(wp), intent(inout) :: bridge        !< largest force across a gap, times the gap, so far
       real(wp) :: deflection(system%rows), gap, strongest, subcell(size(x))
       integer :: c, last
       call find_deflection(system, [x, friction], time_step, deflection)
@@ -55,32 +55,32 @@ contains
       end do
    end subroutine keep_solution
 
-   !> The gap that the condition holds open, besides what the surface gives way below the cells: of an overlap
-   !> beyond that no more than is taken back in a step, m.
+   !> The gap that the condition enforces, without the deflection below the cells: an overlap is reduced by at
+   !> most the allowed rate per step, m.
    pure real(wp) function held_gap(c)
       type(candidate_t), intent(in) :: c
       held_gap = max(c%gap + c%deflection, -overlap_rate*width_of(c)) - c%deflection
    end function held_gap
 
-   !> Where the nodes leave a point that is pressed, or was: its gap is carried on from there.
+   !> Store the gap of a point that is or was pressed, as left by the nodes: it is carried to the next step.
    subroutine leave_gap(candidates, level, c, time_step, deflection, speed)
       type(candidates_t), intent(in) :: candidates
       type(level_t), intent(inout) :: level
       type(candidate_t), intent(inout) :: c
       real(wp), intent(in) :: time_step  !< s
-      real(wp), intent(in) :: deflection !< below the cells, that the step ends with, m
-      real(wp), intent(in) :: speed      !< at which the gap that is held opens, with what gives way below the
-                                         !< cells, m/s
+      real(wp), intent(in) :: deflection !< deflection below the cells at the end of the step, m
+      real(wp), intent(in) :: speed      !< opening speed of the enforced gap, including the compliance below
+                                         !< the cells, m/s
       c%opening = speed - (held_gap(c) + deflection)/time_step
       c%deflection = deflection
-      if (c%tool == 0) return ! faces of bodies are where the material is
+      if (c%tool == 0) return ! faces of bodies follow the material
       associate (column => level%blocks(c%block)%particles%column)
          if (candidates%deflected > 0) column(c%particle, candidates%deflected + c%tool - 1) = deflection
       end associate
       associate (gap => level%blocks(c%block)%particles%column(c%particle, candidates%carried + c%tool &
             - 1))
          gap = c%gap + time_step*c%opening
-         if (.not. abs(gap) > 0.0_wp) gap = tiny(gap) ! 0 says that none is carried
+         if (.not. abs(gap) > 0.0_wp) gap = tiny(gap) ! 0 would mean that no gap is carried
       end associate
       level%blocks(c%block)%pressed = .true.
    end subroutine leave_gap

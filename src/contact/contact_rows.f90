@@ -1,5 +1,5 @@
-!> What the candidates of a step are to the contact system: rows, weights, mobilities of nodes (theory.md, eq.
-!> contact-operator); and what its forces are to the nodes.
+!> The contact system of a step's candidates: rows, weights, mobilities of nodes (theory.md, eq.
+!> contact-operator); and the effect of its forces on the nodes.
 module m_contact_rows
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -17,12 +17,12 @@ module m_contact_rows
    private
    public :: assemble, move_nodes, places_of, masses_of, inside_of
 
-   real(wp), parameter :: stick_compliance = 10.0_wp !< compliance of sticking points, in that of the normal
-                                                     !< forces; only changes count
+   real(wp), parameter :: stick_compliance = 10.0_wp !< compliance of sticking points, relative to that of the
+                                                     !< normal forces; it acts on changes only
 
 contains
 
-   !> Place in the grid (from -1 on) of a candidate's lowest node.
+   !> Coordinates in the grid (from -1 on) of a candidate's lowest node.
    pure function first_node(level, c) result(place)
       type(level_t), intent(in) :: level
       type(candidate_t), intent(in) :: c
@@ -40,8 +40,9 @@ contains
       type(level_t), intent(in) :: level
       real(wp), intent(in) :: softness                 !< of the normal forces, in the mobilities of particles
       real(wp), intent(in) :: time_step                !< s
-      logical, intent(in) :: subcell                   !< the half-space gives way below cells (eq. subcell)
-      logical, intent(in), optional :: at_rest !< masses play no part, and the nodes do not have them
+      logical, intent(in) :: subcell                   !< include the compliance of the half-space below cells
+                                                       !< (eq. subcell)
+      logical, intent(in), optional :: at_rest !< masses are not used, and the nodes do not have them
       real(wp), dimension(candidates%count + 2*candidates%frictional) :: below, compliance
       integer :: c, n, place(0:2, 3), t
       real(wp) :: mass(0:2, 0:2, 0:2)
@@ -109,8 +110,8 @@ contains
       end subroutine add_row
    end subroutine assemble
 
-   !> Places in the grid of a candidate's nodes along each axis. A node outside a symmetry plane has no
-   !> weight: its mirror image inside stands for it.
+   !> Coordinates in the grid of a candidate's nodes along each axis. A node outside a symmetry plane has no
+   !> weight: it is replaced by its mirror image inside.
    pure function places_of(level, c) result(place)
       type(level_t), intent(in) :: level
       type(candidate_t), intent(in) :: c
@@ -118,7 +119,7 @@ contains
       place = inside_of(level, first_node(level, c))
    end function places_of
 
-   !> The same for the nodes from one in the grid on.
+   !> The same for the nodes starting from a grid node.
    pure function inside_of(level, first) result(place)
       type(level_t), intent(in) :: level
       integer, intent(in) :: first(3)
@@ -149,7 +150,7 @@ contains
       end do
    end function masses_of
 
-   !> Mobilities of the nodes of a part of the system's rows, where they are not there yet.
+   !> Set the mobilities of the nodes of a part of the system's rows that are not set yet.
    pure subroutine set_mobility(system, level, part, last, place, mass, time_step, done)
       type(contact_system_t), intent(inout) :: system
       type(level_t), intent(in) :: level
@@ -175,8 +176,8 @@ contains
       end do
    end subroutine set_mobility
 
-   !> Collective among neighbours: change velocity and acceleration of the nodes that contact forces act on,
-   !> in every tile here that has them, and then of their mirror images.
+   !> Collective among neighbours: change velocity and acceleration of the nodes with contact forces, in every
+   !> local tile that has them, and of their mirror images.
    subroutine move_nodes(system, level, time_step, forces)
       type(contact_system_t), intent(inout) :: system
       type(level_t), intent(inout) :: level
@@ -200,7 +201,7 @@ contains
       end do
    end subroutine move_nodes
 
-   !> Add a force to a node in all tiles here that have it: its block's, and those of the blocks next to it if
+   !> Add a force to a node in all local tiles that have it: its block's, and those of neighbouring blocks if
    !> it is on their rim.
    pure subroutine add_force(level, place, field, force, time_step, changed)
       type(level_t), intent(inout) :: level

@@ -1,7 +1,7 @@
-!> The contact problem of one step: its rows (a contact point and a direction), and the operator that turns
-!> contact forces into velocities through the nodes of the rows and through tools that give way (theory.md,
-!> eq. contact-operator). No rank holds the whole of it. Products take the active rows only: those of the
-!> normal forces, those of friction, or both; or of the former those that are free.
+!> The contact problem of one step: its rows (a contact point and a direction), and the operator from contact
+!> forces to velocities, through the nodes of the rows and through load-driven tools (theory.md, eq.
+!> contact-operator). It is distributed over the ranks. Products use only the active rows: those of the normal
+!> forces, those of friction, or both; or the free ones of the normal forces.
 module m_contact_system
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -16,14 +16,14 @@ module m_contact_system
    type, extends(petsc_operator_t) :: contact_system_t
       type(communicator_t) :: communicator
       integer :: rows = 0
-      integer :: parts = 0 !< of rows: what a row's force does to the nodes of one velocity field. One a row
-                           !< for a tool, one a body between bodies; in the order of the rows
+      integer :: parts = 0 !< number of parts: the effect of a row's force on the nodes of one velocity field.
+                           !< One per row for a tool, one per body between bodies; in the order of the rows
       integer :: first = 1, last = 0 !< the active rows: of the normal forces, of friction, or both
       integer :: normal = 0                      !< rows of normal forces; those of friction follow
       type(contact_nodes_t) :: nodes             !< of all rows
-      logical :: gives_way = .false.             !< some tool does
-      integer(i8) :: products = 0                !< times the operator was applied, over the run
-      integer, allocatable :: row(:)             !< (parts): which row it is of
+      logical :: gives_way = .false.             !< at least one tool is load-driven
+      integer(i8) :: products = 0                !< number of applications of the operator during the run
+      integer, allocatable :: row(:)             !< (parts): row of each part
       integer, allocatable :: begins(:) !< (parts + 1): first entry of each part; an entry is one of its nodes
       integer, allocatable :: place(:, :, :) !< (0:2, 3, parts): nodes in the grid along each axis, from -1;
                                              !< of a cell's 0:1 count
@@ -36,21 +36,21 @@ module m_contact_system
       type(cell_rows_t) :: free_rows             !< those of the normal forces that are free
       logical, allocatable :: free(:)            !< (rows of normal forces)
       integer, allocatable :: tool(:)            !< (rows)
-      integer, allocatable :: first_freedom(:) !< (tools + 1): first of each tool's degrees of freedom that
-                                               !< give way
-      real(wp), allocatable :: along(:, :) !< (freedoms of a tool at most, rows): how a unit of force pushes
-                                           !< them, 1 or m
+      integer, allocatable :: first_freedom(:) !< (tools + 1): first load-driven freedom of each tool
+      real(wp), allocatable :: along(:, :) !< (largest number of freedoms of a tool, rows): generalised load
+                                           !< per unit force, 1 or m
       real(wp), allocatable :: freedom_mobility(:) !< (freedoms): s/kg or s/(kg m2)
-      real(wp), allocatable :: freedom_push(:) !< (freedoms): work, forces and moments, then the speeds that
-                                               !< they make
-      real(wp), allocatable :: mobility(:, :)    !< (4, nodes): dt/m, 0 for held components, s/kg
-      real(wp), allocatable :: force(:, :) !< (4, nodes): work, forces and then the velocities that they make
-      real(wp), allocatable :: scale(:)          !< (rows): makes the diagonal 1
-      real(wp), allocatable :: softness(:)       !< (rows): what the compliance adds to the diagonal
-      logical :: has_subcell = .false.           !< the half-space gives way below a cell (eq. subcell):
+      real(wp), allocatable :: freedom_push(:) !< (freedoms): work array: forces and moments, then the
+                                               !< resulting speeds
+      real(wp), allocatable :: mobility(:, :)    !< (4, nodes): dt/m, 0 for fixed components, s/kg
+      real(wp), allocatable :: force(:, :) !< (4, nodes): work array: forces, then the resulting velocities
+      real(wp), allocatable :: scale(:)          !< (rows): scales the diagonal to 1
+      real(wp), allocatable :: softness(:)       !< (rows): part of the diagonal due to the compliance
+      logical :: has_subcell = .false.           !< includes the compliance of the half-space below a cell
+                                                 !< (eq. subcell):
       real(wp), allocatable :: subcell_rows(:)   !< (rows): c h/(E* A dt), s/kg, on the diagonal; and
-      real(wp), allocatable :: subcell_nodes(:, :) !< (4, nodes): c h/(E* a dt), s/kg, taken off mobilities;
-                                                   !< 0 for held components
+      real(wp), allocatable :: subcell_nodes(:, :) !< (4, nodes): c h/(E* a dt), s/kg, subtracted from
+                                                   !< mobilities; 0 for fixed components
    contains
       procedure :: begin
       procedure :: activate
@@ -82,7 +82,7 @@ contains
       type(communicator_t), intent(in) :: communicator
       integer, intent(in) :: cells(3)          !< of the grid
       integer, intent(in) :: fields            !< velocity fields
-      integer, intent(in) :: freedoms(:)       !< (tools): how many of each give way
+      integer, intent(in) :: freedoms(:)       !< (tools): number of load-driven freedoms of each
       real(wp), intent(in) :: mobility(:)      !< of these, tool by tool, s/kg or s/(kg m2); the same on all
                                                !< ranks
       integer :: t
@@ -102,9 +102,9 @@ contains
       self%begins(1) = 1
    end subroutine begin
 
-   !> Add a row: where the nodes of its contact point are in the grid along each axis, their weights, the
-   !> direction in which its force acts; the tool that the force acts on in turn, and how it pushes those of
-   !> the tool's degrees of freedom that give way.
+   !> Add a row: the grid coordinates of the nodes of its contact point along each axis, their weights, the
+   !> direction of its force; the tool that the reaction acts on, and the generalised loads on its load-driven
+   !> freedoms.
    subroutine add_row(self, last, place, weight, direction, field, tool, along)
       class(contact_system_t), intent(inout) :: self
       integer, intent(in) :: last !< nodes along each axis are from 0 to here: 1 in a cell, 2 around a bin
@@ -112,14 +112,14 @@ contains
       integer, intent(in) :: field                    !< velocity field of the nodes
       integer, intent(in) :: tool                     !< 0: none, another body
       real(wp), intent(in) :: weight(0:2, 0:2, 0:2), direction(3)
-      real(wp), intent(in), optional :: along(:) !< needed where some tool gives way, of rows with tools
+      real(wp), intent(in), optional :: along(:) !< required for rows with tools if any tool is load-driven
       self%rows = self%rows + 1
       call self%add_part(last, place, weight, direction, field)
       self%tool(self%rows) = tool
       if (present(along)) self%along(:size(along), self%rows) = along
    end subroutine add_row
 
-   !> Add to the last row what its force does to another velocity field.
+   !> Add to the last row the effect of its force on another velocity field.
    subroutine add_part(self, last, place, weight, direction, field)
       class(contact_system_t), intent(inout) :: self
       integer, intent(in) :: last, place(0:2, 3), field !< as in add_row
@@ -142,7 +142,7 @@ contains
       self%direction(:, n) = [direction, 0.0_wp]
    end subroutine add_part
 
-   !> Room for so many parts, no fewer than rows, and entries, and one part more to begin.
+   !> Provide room for a number of parts, at least as many as rows, and entries, and one more begin of a part.
    subroutine make_room(self, parts, entries)
       class(contact_system_t), intent(inout) :: self
       integer, intent(in) :: parts, entries
@@ -177,7 +177,7 @@ contains
       end if
    end subroutine make_room
 
-   !> Choose the rows that products take and give: those of the normal forces, those of friction, or all.
+   !> Choose the rows that products use: those of the normal forces, those of friction, or all.
    pure subroutine activate(self, first, last)
       class(contact_system_t), intent(inout) :: self
       integer, intent(in) :: first, last
@@ -185,7 +185,7 @@ contains
       self%last = last
    end subroutine activate
 
-   !> All rows are there: number the nodes that they touch.
+   !> Number the nodes after all rows have been added.
    subroutine number_nodes(self, normal)
       class(contact_system_t), intent(inout) :: self
       integer, intent(in) :: normal !< rows of normal forces, the first ones
@@ -209,7 +209,7 @@ contains
       end associate
    end subroutine number_nodes
 
-   !> Put the rows of a cell together; needs numbers and scales.
+   !> Group the rows by cells; needs numbers and scales.
    subroutine group_rows(self)
       class(contact_system_t), intent(inout) :: self
       real(wp) :: direction(width, self%parts)
@@ -243,16 +243,16 @@ contains
       to(n + 1:) = from(n + 1:)
    end subroutine multiply
 
-   !> From now on multiply_free takes these of the active rows: normal forces, or all.
+   !> Set the rows that multiply_free uses: normal forces, or all.
    subroutine set_free(self, free)
       class(contact_system_t), intent(inout) :: self
       logical, intent(in) :: free(:)
       self%free = free(:self%last)
-      if (self%last > self%normal) return ! asked for seldom: without rows of their own
+      if (self%last > self%normal) return ! rarely used: no separate rows for it
       call self%free_rows%choose(self%normal_rows, self%free)
    end subroutine set_free
 
-   !> The same as `multiply` between free rows. The others are 0 in what it takes and gives.
+   !> The same as `multiply`, restricted to the free rows. The other entries are 0.
    subroutine multiply_free(self, from, to)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: from(:)
@@ -279,7 +279,8 @@ contains
       end associate
    end subroutine multiply_free
 
-   !> Collective: velocities that the forces of some rows give to others, both scaled. The others stay active.
+   !> Collective: velocities of some rows due to the forces of others, both scaled. The active rows do not
+   !> change.
    subroutine respond(self, pushed, from, asked, to)
       class(contact_system_t), intent(inout) :: self
       integer, intent(in) :: pushed(2), asked(2) !< first and last row
@@ -294,7 +295,7 @@ contains
       call self%collect(to)
    end subroutine respond
 
-   !> Contact forces of this rank's active rows, scaled, to their nodes and tools.
+   !> Apply the scaled contact forces of this rank's active rows to their nodes and tools.
    subroutine spread(self, forces)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: forces(:) !< (active rows)
@@ -321,8 +322,8 @@ contains
       end do
    end subroutine push_tools
 
-   !> Collective among neighbours: what the active rows' forces (N) give to nodes, a part for each neighbour
-   !> rank and this one, by rising rank, so that all ranks that know a node add up its force in one order.
+   !> Collective among neighbours: the active rows' forces (N) on nodes, a part for each neighbour rank and
+   !> this one, by rising rank, so that all ranks that share a node add up its force in the same order.
    subroutine nodal_forces(self, forces, parts)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: forces(:) !< (active rows), N
@@ -336,8 +337,8 @@ contains
       call self%nodes%exchange(self%force, parts)
    end subroutine nodal_forces
 
-   !> Collective: to what this rank's rows gave, add the forces of all other ranks' rows on these nodes and on
-   !> tools that give way.
+   !> Collective: add to the forces of this rank's rows those of all other ranks' rows on these nodes and on
+   !> load-driven tools.
    subroutine share(self)
       class(contact_system_t), intent(inout) :: self
       if (self%gives_way) &
@@ -346,7 +347,7 @@ contains
       call self%nodes%add_up(self%force)
    end subroutine share
 
-   !> Forces on nodes and tools become the velocities that they make in a step.
+   !> Convert forces on nodes and tools to the velocities that they cause in a step.
    pure subroutine set_in_motion(self)
       class(contact_system_t), intent(inout) :: self
       call multiply_each(width*self%nodes%count, self%mobility, self%force)
@@ -372,7 +373,7 @@ contains
       if (self%gives_way) call self%add_tools(y)
    end subroutine collect
 
-   !> What the active rows get from freedoms that give way, scaled.
+   !> Add the velocities of load-driven freedoms to the active rows, scaled.
    pure subroutine add_tools(self, y)
       class(contact_system_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: y(:) !< (active rows)
@@ -386,11 +387,11 @@ contains
       end do
    end subroutine add_tools
 
-   !> Scale unknowns so that the diagonal is 1 before the compliance is added; needs numbers and mobilities.
+   !> Scale unknowns so that the diagonal without compliance is 1; needs numbers and mobilities.
    subroutine set_scale(self, compliance, below)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in) :: compliance(:) !< (rows): of each contact point, s/kg
-      real(wp), intent(in) :: below(:)      !< (rows): what the half-space below the cells adds, s/kg
+      real(wp), intent(in) :: below(:)      !< (rows): contribution of the half-space below the cells, s/kg
       real(wp) :: diagonal(self%rows)
       integer :: c, k, n, s
       if (allocated(self%scale)) then
@@ -421,14 +422,14 @@ contains
       end associate
    end subroutine set_scale
 
-   !> Give the rows from `first` on, two by two, one scale: what is round stays round.
+   !> Give each pair of rows from `first` on the same scale, so that discs stay round.
    pure subroutine pair_scales(self, first)
       class(contact_system_t), intent(inout) :: self
       integer, intent(in) :: first
       integer :: r
       do r = first, self%rows - 1, 2
          associate (scale => self%scale(r:r + 1), softness => self%softness(r:r + 1))
-            if (all(scale > 0.0_wp)) then ! a direction in which all is held has scale 0
+            if (all(scale > 0.0_wp)) then ! a direction with all components fixed has scale 0
                softness = minval(softness)
                scale = minval(scale)
             else

@@ -1,5 +1,5 @@
-!> How far the faces of particles are from a tool, by their places and shapes alone (theory.md, eq.
-!> contact-gap), and which particles may be near.
+!> Distances of particle faces from a tool, by their positions and shapes alone (theory.md, eq. contact-gap),
+!> and the particles that may be near.
 module m_face_gap
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -17,14 +17,14 @@ module m_face_gap
    private
    public :: find_gap, find_thickness, near_tool, list_near, deform, thickest, fastest
 
-   real(wp), parameter :: fastest = maxval(safety_allowed) !< no contact point comes nearer by more cells in a
-                                                           !< step
+   real(wp), parameter :: fastest = maxval(safety_allowed) !< upper bound of the approach of a contact point
+                                                           !< per step, in cells
    real(wp), parameter :: longest_thickness = 2.0_wp*sqrt(3.0_wp)*longest !< of domains that deform, in cells
 
 contains
 
    !> The gap of a particle's contact point: its centre moved towards the tool by penetration_factor of its
-   !> thickness along the normal. Of a particle that is surely further away than `reach`, some gap beyond it.
+   !> thickness along the normal. For a particle certainly further away than `reach` any gap beyond it.
    subroutine find_gap(tool, level, materials, b, p, reach, gap, normal, edge, thickness)
       type(tool_t), intent(in) :: tool
       type(level_t), intent(in) :: level
@@ -54,7 +54,7 @@ contains
       end associate
    end subroutine find_gap
 
-   !> How thick a particle is across a normal, and the edge of a cube of its volume, or its own.
+   !> Thickness of a particle along a normal, and the edge of a cube of its volume, or its own edge.
    pure subroutine find_thickness(level, materials, b, p, normal, edge, thickness)
       type(level_t), intent(in) :: level
       type(materials_t), intent(in) :: materials
@@ -77,7 +77,7 @@ contains
       end associate
    end subroutine find_thickness
 
-   !> The contact point of a particle is no further from its centre, whichever way the tool lies, m.
+   !> Upper bound of the distance of a particle's contact point from its centre in all directions, m.
    pure real(wp) function farthest_face(tool, level, law, values) result(way)
       type(tool_t), intent(in) :: tool
       type(level_t), intent(in) :: level
@@ -94,7 +94,7 @@ contains
       way = tool%spec%penetration_factor*way
    end function farthest_face
 
-   !> Thickness (m) of a box that stretches along its axes, across a normal: its edges do not know of shear,
+   !> Thickness (m) along a normal of a box that stretches along its axes: its edges do not include shear,
    !> which the material's own stretch does; along an axis it is the edge (theory.md, eq. box-thickness).
    pure real(wp) function box_thickness(law, values, at, normal) result(thickness)
       class(material_t), intent(in) :: law
@@ -111,7 +111,7 @@ contains
       thickness = 2.0_wp*norm2(undeformed*normal)*law%stretch(values, at, normal)
    end function box_thickness
 
-   !> True when contact points of a block's particles may be within a reach (m) of a tool, by the distance of
+   !> True when contact points of a block's particles may be within `reach` (m) of a tool, by the distance of
    !> the block's middle.
    pure logical function near_tool(tool, level, block, reach)
       type(tool_t), intent(in) :: tool
@@ -125,7 +125,7 @@ contains
    !> The particles of a block whose contact points may be within a reach (m) of a tool.
    subroutine list_near(tool, level, b, reach, near)
       type(tool_t), intent(in) :: tool
-      type(level_t), intent(inout) :: level !< its lists of cells are brought up to date
+      type(level_t), intent(inout) :: level !< its lists of cells are updated
       integer, intent(in) :: b              !< number of the block
       real(wp), intent(in) :: reach
       integer, allocatable, intent(out) :: near(:)
@@ -139,12 +139,12 @@ contains
       end associate
    end subroutine list_near
 
-   !> The particles of those bins of a block that a tool's distance from their middle does not rule out.
+   !> The particles of those bins of a block that cannot be excluded by the tool's distance from their middle.
    pure function particles_near(tool, level, block, farthest) result(near)
       type(tool_t), intent(in) :: tool
       type(level_t), intent(in) :: level
       type(block_t), intent(in) :: block !< whose lists of cells are up to date
-      real(wp), intent(in) :: farthest !< of the centres of particles that count, m
+      real(wp), intent(in) :: farthest !< of the centres of relevant particles, m
       integer, allocatable :: near(:)
       integer :: cell, n, p, group(3)
       logical :: is_far(0:block_size/2 - 1, 0:block_size/2 - 1, 0:block_size/2 - 1)
@@ -163,7 +163,7 @@ contains
          group = bin_place(cell)/2
          if (is_far(group(1), group(2), group(3))) cycle
          if (tool%min_gap(block%origin + bin_place(cell)*level%grid%cell) &
-             > farthest + 0.5_wp*sqrt(3.0_wp)*level%grid%cell) cycle ! not where it is not a number
+             > farthest + 0.5_wp*sqrt(3.0_wp)*level%grid%cell) cycle ! false for NaN
          do while (p > 0)
             n = n + 1
             near(n) = p
@@ -179,8 +179,8 @@ contains
       deform = level%layout%domain > 0 .or. level%layout%half_sizes
    end function deform
 
-   !> No particle is thicker than this in any direction, m: than a cell, for weights allow no wider domain,
-   !> or, where domains deform, than the length at which they are split.
+   !> Upper bound of the thickness of particles in all directions, m: a cell, the limit for the weights, or,
+   !> where domains deform, the length at which they are split.
    pure real(wp) function thickest(level)
       type(level_t), intent(in) :: level
       thickest = level%grid%cell

@@ -1,8 +1,7 @@
-!> Friction at contact points whose normal forces are known: each force lies in a disc across the normal, as
-!> large as the law of friction says, and is the one that takes away most of the slip (theory.md, eqs
-!> friction, friction-problem).
-!> Nesterov's accelerated gradients with projection on the discs: where points slide, forces lie on the rims,
-!> and a solver for boxes needed ten times the products.
+!> Friction at contact points with known normal forces: each force lies in a disc normal to the contact
+!> normal, with the radius given by the friction law, and minimises the slip (theory.md, eqs friction,
+!> friction-problem). Nesterov's accelerated gradients with projection on the discs: for sliding points,
+!> forces lie on the rims, and a solver for boxes needed ten times the products.
 module m_friction
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -13,15 +12,14 @@ module m_friction
    private
    public :: friction_t
 
-   !> Rows come in pairs: two directions across the normal of each candidate with friction.
+   !> Rows come in pairs: two directions normal to the contact normal of each candidate with friction.
    type :: friction_t
-      logical :: present = .false.           !< some tool has friction
+      logical :: present = .false.           !< at least one tool has friction
       real(wp), allocatable :: force(:)      !< (rows of friction), scaled
-      real(wp), allocatable :: free(:) !< slip that the tool's motion asks for, without any contact force,
-                                       !< scaled
-      real(wp), allocatable :: memory(:) !< compliance times the force of the last step: only changes of it
-                                         !< give way
-      real(wp) :: steepest = 1.0_wp          !< largest curvature of the problems seen so far
+      real(wp), allocatable :: free(:) !< slip due to the tool's motion, without contact forces, scaled
+      real(wp), allocatable :: memory(:) !< compliance times the force of the last step: only changes of the
+                                         !< force are compliant
+      real(wp) :: steepest = 1.0_wp          !< largest curvature of the problems so far
       integer(i8) :: sweeps = 0, iterations = 0 !< over the run
    contains
       procedure :: begin
@@ -59,8 +57,7 @@ contains
       if (system%has_subcell) call remember_deflection(self, system, list, time_step)
    end subroutine begin
 
-   !> What the surface gives way by below the cells it remembers as a deflection, not by the force of the
-   !> point alone.
+   !> The deflection below the cells is remembered as such, not by the force of the point alone.
    subroutine remember_deflection(self, system, list, time_step)
       type(friction_t), intent(inout) :: self
       type(contact_system_t), intent(in) :: system
@@ -80,12 +77,12 @@ contains
       end do
    end subroutine remember_deflection
 
-   !> Collective: the friction that belongs to given normal forces. Its rows are the active ones.
+   !> Collective: the friction for given normal forces. Its rows are the active ones.
    subroutine solve(self, system, radius, pushed, tolerance, limit, residual)
       class(friction_t), intent(inout) :: self
       type(contact_system_t), intent(inout) :: system
       real(wp), intent(in) :: radius(:) !< (pairs): the largest friction, scaled
-      real(wp), intent(in) :: pushed(:) !< (rows of friction): slip that the normal forces make, scaled
+      real(wp), intent(in) :: pushed(:) !< (rows of friction): slip due to the normal forces, scaled
       real(wp), intent(in) :: tolerance
       integer, intent(in) :: limit      !< products
       real(wp), intent(out) :: residual !< of the projected gradient, relative to the right-hand side
@@ -111,14 +108,14 @@ contains
          sums = [dot_product(step, m_next - m_y), dot_product(step, step), &
                 -dot_product(step, next - self%force)]
          call MPI_Allreduce(MPI_IN_PLACE, sums, 3, MPI_DOUBLE_PRECISION, MPI_SUM, system%communicator%comm)
-         if (sums(1) > self%steepest*sums(2)) then ! too long a step for the curvature met
+         if (sums(1) > self%steepest*sums(2)) then ! the step is too long for this curvature
             self%steepest = 1.1_wp*sums(1)/sums(2)
             cycle
          end if
          residual = self%steepest*sqrt(sums(2))/size_of_b
          pace = quicker
          quicker = 0.5_wp*(1.0_wp + sqrt(1.0_wp + 4.0_wp*pace**2))
-         if (sums(3) > 0.0_wp) then ! uphill: begin to gather pace anew
+         if (sums(3) > 0.0_wp) then ! uphill: restart the acceleration
             quicker = 1.0_wp
             pace = 1.0_wp
          end if
@@ -130,7 +127,7 @@ contains
       end do
    end subroutine solve
 
-   !> Shorten forces to the radii of their discs.
+   !> Project forces on their discs.
    pure subroutine keep_in_discs(radius, force)
       real(wp), intent(in) :: radius(:)
       real(wp), intent(inout) :: force(:)
@@ -142,7 +139,7 @@ contains
       end do
    end subroutine keep_in_discs
 
-   !> Give the candidates their friction.
+   !> Store the friction in the candidates.
    subroutine hand_out(self, system, list)
       class(friction_t), intent(in) :: self
       type(contact_system_t), intent(in) :: system
@@ -155,7 +152,7 @@ contains
       end do
    end subroutine hand_out
 
-   !> The friction of a system's rows, scaled; none where no tool has any.
+   !> The friction of a system's rows, scaled; none if no tool has friction.
    pure function forces_of(self, system) result(forces)
       class(friction_t), intent(in) :: self
       type(contact_system_t), intent(in) :: system

@@ -1,4 +1,4 @@
-!> How much friction a contact point bears, by the law of its tool or of its pair of bodies.
+!> The largest friction of a contact point, by the law of its tool or of its pair of bodies.
 module m_friction_limit
    use m_kinds, only: wp
    use m_scene, only: body_contact_spec_t
@@ -10,12 +10,12 @@ module m_friction_limit
 
 contains
 
-   !> Largest tangential force (N) of a point that presses with so much; what a bond bears is added.
+   !> Largest tangential force (N) of a point at a pressing force; the strength of a bond is added.
    pure real(wp) function friction_limit(c, tools, pairs, pressing) result(limit)
       type(candidate_t), intent(in) :: c
       type(tool_t), intent(in) :: tools(:)
       type(body_contact_spec_t), intent(in) :: pairs(:)
-      real(wp), intent(in) :: pressing !< N, above what adhesion pulls
+      real(wp), intent(in) :: pressing !< N, without the adhesive tension
       if (c%tool > 0) then
          limit = tools(c%tool)%spec%friction%limit(pressing, c%area)
       else ! both sides of the contact have points: each bears half

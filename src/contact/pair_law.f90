@@ -1,5 +1,5 @@
-!> What holds between the bodies of two contact groups besides friction: overlaps at the start, adhesion and
-!> bonds (theory.md, eqs adhesion, bond).
+!> Contact between the bodies of two contact groups apart from friction: initial overlaps, adhesion and bonds
+!> (theory.md, eqs adhesion, bond).
 module m_pair_law
    use m_kinds, only: wp
    use m_scene, only: body_contact_spec_t, start_as_is
@@ -16,7 +16,7 @@ contains
       if (spec%bond_strength > 0.0_wp) range_of = 2.0_wp*spec%adhesion/spec%bond_strength
    end function range_of
 
-   !> The share of an overlap at the start that counts as no gap at a time (s).
+   !> Remaining share of an initial overlap that the gap excludes at a time (s).
    pure real(wp) function overlap_left(spec, time) result(left)
       type(body_contact_spec_t), intent(in) :: spec
       real(wp), intent(in) :: time
@@ -24,7 +24,7 @@ contains
       if (spec%press_fit > 0.0_wp) left = max(0.0_wp, 1.0_wp - time/spec%press_fit)
    end function overlap_left
 
-   !> How fast that share falls at a time (s), 1/s.
+   !> Rate of decrease of that share at a time (s), 1/s.
    pure real(wp) function press_rate(spec, time) result(rate)
       type(body_contact_spec_t), intent(in) :: spec
       real(wp), intent(in) :: time
@@ -32,12 +32,11 @@ contains
       if (spec%start == start_as_is .and. time < spec%press_fit) rate = 1.0_wp/spec%press_fit
    end function press_rate
 
-   !> The tension that adhesion bears at a point, and what it bears along the surface besides friction. Both
-   !> sides of the contact have points: each bears half.
+   !> Adhesive tension and shear strength of a point. Both sides of the contact have points: each bears half.
    pure subroutine find_adhesion(spec, gap, area, left, adhesive_tension, shear_strength)
       type(body_contact_spec_t), intent(in) :: spec
       real(wp), intent(in) :: gap, area  !< m, m2
-      real(wp), intent(in) :: left       !< share of the bond's strength
+      real(wp), intent(in) :: left       !< remaining share of the bond's strength
       real(wp), intent(out) :: adhesive_tension, shear_strength !< N
       adhesive_tension = 0.0_wp
       shear_strength = 0.0_wp
@@ -49,11 +48,11 @@ contains
       end if
    end subroutine find_adhesion
 
-   !> A bond loses strength by how far it opens and slips: linearly, to nothing at its range.
+   !> Weaken a bond by its opening and slip: linearly, to zero at its range.
    pure subroutine weaken(bond, spec, gap, slip)
-      real(wp), intent(inout) :: bond(4) !< share of its strength that is left; how far it has slipped, m
+      real(wp), intent(inout) :: bond(4) !< remaining share of its strength; its slip so far, m
       type(body_contact_spec_t), intent(in) :: spec
-      real(wp), intent(in) :: gap, slip(3) !< m, at the end of the step; in the step
+      real(wp), intent(in) :: gap, slip(3) !< m, at the end of the step; within the step
       if (.not. bond(1) > 0.0_wp) return
       bond(2:4) = bond(2:4) + slip
       bond(1) = max(0.0_wp, min(bond(1), 1.0_wp - hypot(max(0.0_wp, gap), norm2(bond(2:4)))/range_of(spec)))

@@ -1,5 +1,5 @@
-!> What contact forces between bodies do in a step: to the particles whose elements they press, and to each
-!> pair of contact groups, added up over the candidates of all ranks.
+!> Effects of contact forces between bodies in a step: on the particles of pressed elements, and on each pair
+!> of contact groups, summed over the candidates of all ranks.
 module m_pair_reactions
    use mpi_f08
    use m_kinds, only: wp
@@ -19,20 +19,20 @@ module m_pair_reactions
    public :: pair_state_t, state_reals, pair_of, find_slip, press_element, add_reaction, &
              close_rings, add_up_pairs
 
-   !> What two groups have met: in the last step, and since the start. Numbers alone: they are added up over
-   !> the ranks as they stand.
+   !> Contact of two groups: in the last step, and since the start. Reals only, as they are summed over the
+   !> ranks.
    type :: pair_state_t
       sequence
       real(wp) :: force(3) = 0.0_wp    !< on the first group, N
       real(wp) :: moment(3) = 0.0_wp   !< of it about the origin, N m
-      real(wp) :: area = 0.0_wp        !< of the elements whose gap is shut, m2: half from each side
-      real(wp) :: heat = 0.0_wp        !< made by friction since the start, J
-      real(wp) :: work = 0.0_wp        !< done by the condition itself since the start, J
-      real(wp) :: parting = 0.0_wp     !< taken by adhesion as gaps opened, since the start, J
-      real(wp) :: pressed = 0.0_wp     !< done as an overlap was pressed out, since the start, J
-      real(wp) :: stored = 0.0_wp       !< elastic energy that the bodies keep below the cells, J:
-      real(wp) :: stored_shear = 0.0_wp !< and that which friction has put there, J
-      real(wp) :: candidates = 0.0_wp  !< how many
+      real(wp) :: area = 0.0_wp        !< of the elements with closed gap, m2: half from each side
+      real(wp) :: heat = 0.0_wp        !< friction heat since the start, J
+      real(wp) :: work = 0.0_wp        !< spurious work of the condition itself since the start, J
+      real(wp) :: parting = 0.0_wp     !< absorbed by adhesion as gaps opened, since the start, J
+      real(wp) :: pressed = 0.0_wp     !< done as an overlap was removed, since the start, J
+      real(wp) :: stored = 0.0_wp       !< elastic energy stored in the bodies below the cells, J:
+      real(wp) :: stored_shear = 0.0_wp !< and the part of friction in it, J
+      real(wp) :: candidates = 0.0_wp  !< number of candidates
    end type pair_state_t
 
    integer, parameter :: state_reals = storage_size(pair_state_t())/storage_size(1.0_wp)
@@ -47,7 +47,7 @@ contains
       end associate
    end function pair_of
 
-   !> Collective: how the candidates between bodies, from `first` on, slip with the forces of the step. Nodes
+   !> Collective: slip of the candidates between bodies, from `first` on, under the forces of the step. Nodes
    !> have not been moved yet.
    subroutine find_slip(candidates, first, system, level, time_step, forces)
       type(candidates_t), intent(inout) :: candidates
@@ -71,7 +71,7 @@ contains
                   associate (partner => candidates%partners(it%partner))
                      partner%slip(k) = change(r) + dot_product(it%tangent(:, k), &
                         point_velocity(level, it) - it%opposite - partner%deflected/time_step)
-                     ! of the surfaces: with what gives way below the cells, of which the nodes' part is there
+                     ! of the surfaces: add the compliance below the cells; the nodes' part is included
                      if (system%has_subcell) &
                         partner%slip(k) = partner%slip(k) + system%subcell_rows(r)*forces(r)
                   end associate
@@ -89,8 +89,7 @@ contains
       if (c%frictional > 0) force = force + matmul(c%tangent, c%tangential_force)
    end function force_of
 
-   !> Heat that friction makes at a candidate in a step, J. Where it sticks it gives way by changes, and gives
-   !> that back: none.
+   !> Friction heat of a candidate in a step, J. Sticking points are elastic: no heat.
    pure real(wp) function heat_of(c, partner, time_step) result(heat)
       type(candidate_t), intent(in) :: c
       type(partner_t), intent(in) :: partner
@@ -101,8 +100,8 @@ contains
       heat = -time_step*dot_product(c%tangential_force, partner%slip)
    end function heat_of
 
-   !> The particle of a candidate keeps what its element has met: pressure, friction, the gap that the nodes
-   !> leave, what is left of a bond; and its heat, for both bodies' elements have candidates.
+   !> Store in the particle of a candidate the results for its element: pressure, friction, the gap left by
+   !> the nodes, the state of a bond; and its heat, for both bodies' elements have candidates.
    subroutine press_element(level, materials, at, spec, c, partner, time_step, pressure)
       type(level_t), intent(inout) :: level
       type(materials_t), intent(in) :: materials
@@ -154,13 +153,13 @@ contains
       state%stored = state%stored + 0.5_wp*c%force*c%deflection
       state%stored_shear = state%stored_shear + 0.5_wp*dot_product(force_of(c), c%shear_deflection)
       state%pressed = state%pressed + time_step*c%force*press_rate(spec, time)*overlap
-      ! also of points that press nothing: others beside them do
+      ! also for points without pressure between pressed ones
       if (c%gap + time_step*c%opening + c%deflection <= overlap_rate*width_of(c)) &
          state%area = state%area + 0.5_wp*c%area
    end subroutine add_reaction
 
-   !> All around the axis of a section of one of revolution no moment is left. The force along x stays what
-   !> acts along the radius, all around.
+   !> For a body of revolution moments vanish around the ring. The force along x remains the radial force,
+   !> over the ring.
    pure subroutine close_rings(states)
       type(pair_state_t), intent(inout) :: states(:) !< (pairs)
       integer :: n
@@ -169,8 +168,8 @@ contains
       end do
    end subroutine close_rings
 
-   !> Collective: the reactions of a step over all ranks become the states of the pairs: what goes on from
-   !> step to step is added to what was. Deepest overlaps and deflections.
+   !> Collective: sum the reactions of a step over all ranks and update the states of the pairs: accumulated
+   !> values are added up. Also the largest overlaps and deflections.
    subroutine add_up_pairs(communicator, step, states, overlap, deflection)
       type(communicator_t), intent(in) :: communicator
       type(pair_state_t), intent(inout) :: step(:)   !< (pairs)
@@ -186,7 +185,7 @@ contains
       overlap = both(:, 1)
       deflection = both(:, 2)
       do n = 1, size(step)
-         if (.not. any(abs(step(n)%force) > 0.0_wp)) step(n)%area = 0.0_wp ! they touch and press nothing
+         if (.not. any(abs(step(n)%force) > 0.0_wp)) step(n)%area = 0.0_wp ! contact without force
       end do
       step%heat = step%heat + states%heat
       step%work = step%work + states%work + (step%stored - states%stored)

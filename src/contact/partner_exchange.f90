@@ -1,5 +1,5 @@
-!> Nodes that forces on other bodies act on, in tiles of this rank or of near ones: their values are read, and
-!> forces are added to them, as often as a solver asks, by lists that are made once.
+!> Nodes on which forces on other bodies act, in tiles of this rank or of near ones: their values are read,
+!> and forces are added to them, as often as a solver needs, by lists built once.
 module m_partner_exchange
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -10,16 +10,16 @@ module m_partner_exchange
    private
    public :: partner_exchange_t, numbers_each
 
-   integer, parameter :: numbers_each = 4 !< of a node: its place in the grid and its velocity field
+   integer, parameter :: numbers_each = 4 !< per node: its coordinates in the grid and its velocity field
 
    type :: partner_exchange_t
       private
       integer, public :: count = 0
-      integer, allocatable :: tile(:, :) !< (4, count): place in a tile here, and block; 0: of another rank
+      integer, allocatable :: tile(:, :) !< (4, count): indices in a local tile, and block; 0: on another rank
       type(near_ranks_t) :: near
-      integer, allocatable :: mine(:)       !< numbers of nodes that are in a tile of a near rank, by ranks
+      integer, allocatable :: mine(:)       !< numbers of nodes in a tile of a near rank, by ranks
       integer, allocatable :: mine_count(:) !< (near ranks)
-      integer, allocatable :: their_tile(:, :) !< (4, nodes of near ranks): place in a tile here, and block
+      integer, allocatable :: their_tile(:, :) !< (4, nodes of near ranks): indices in a local tile, and block
       integer, allocatable :: their_count(:)   !< (near ranks)
    contains
       procedure :: build
@@ -30,8 +30,8 @@ module m_partner_exchange
 
 contains
 
-   !> Collective among near ranks: find out who has which node in a tile. The level's nodes have their masses.
-   !> A node that several near ranks have is asked of the lowest; of one that nobody has all is 0.
+   !> Collective among near ranks: find the rank that has each node in a tile. The level's nodes must have
+   !> their masses. A node on several near ranks is read from the lowest; the values of a missing one are 0.
    subroutine build(self, level, node)
       class(partner_exchange_t), intent(inout) :: self
       type(level_t), intent(in) :: level
@@ -47,8 +47,8 @@ contains
       call self%agree(level, node)
    end subroutine build
 
-   !> Every near rank is asked for the nodes that are in no tile here and may be in one there; then each is
-   !> told which of those that it has will be read.
+   !> Request from every near rank the nodes that are in no local tile and may be in one there; then tell it
+   !> which of those it has will be read.
    subroutine agree(self, level, node)
       class(partner_exchange_t), intent(inout) :: self
       type(level_t), intent(in) :: level
@@ -87,7 +87,7 @@ contains
       self%their_count = parts(chosen, wanted_count)
    end subroutine agree
 
-   !> How many are above 0 of each rank's part.
+   !> Number of positive flags in each rank's part.
    pure function parts(flags, counts) result(positive)
       integer, intent(in) :: flags(:)  !< rank by rank
       integer, intent(in) :: counts(:) !< (ranks)
@@ -148,7 +148,7 @@ contains
       end subroutine add_to
    end subroutine add
 
-   !> True when a rank has a block of which a tile may hold a node.
+   !> True when a rank has a block whose tile may contain a node.
    pure logical function may_hold(level, rank, node)
       type(level_t), intent(in) :: level
       integer, intent(in) :: rank, node(numbers_each)
@@ -164,7 +164,7 @@ contains
       end do
    end function may_hold
 
-   !> Places of the blocks whose tiles hold a node.
+   !> Range of the blocks whose tiles contain a node.
    pure subroutine blocks_around(node, low, high)
       integer, intent(in) :: node(3)
       integer, intent(out) :: low(3), high(3)
@@ -174,8 +174,8 @@ contains
       high = home + merge(1, 0, modulo(node, block_size) == block_size - 1)
    end subroutine blocks_around
 
-   !> Where a node with mass is in a tile here: its place there and the block, 0: nowhere. Of a block with
-   !> particles: nobody solves the nodes of one without.
+   !> Indices of a node with mass in a local tile, and the block; 0: none. Only blocks with particles, as the
+   !> nodes of others are not solved.
    pure function tile_here(level, node) result(tile)
       type(level_t), intent(in) :: level
       integer, intent(in) :: node(numbers_each)

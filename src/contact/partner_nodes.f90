@@ -1,4 +1,4 @@
-!> Masses and velocities of the nodes that forces on other bodies act on, wherever their tiles are.
+!> Masses and velocities of the nodes on which forces on other bodies act, wherever their tiles are.
 module m_partner_nodes
    use m_kinds, only: wp
    use m_node_values, only: mass_, v_x, v_z
@@ -10,11 +10,11 @@ module m_partner_nodes
 
    integer, parameter :: values_each = 4  !< mass (kg), velocity (m/s)
 
-   !> Nodes whose values are wanted, in any order; the same may be there more than once.
+   !> Requested nodes, in any order, with repetitions.
    type :: wanted_nodes_t
       integer :: count = 0
       integer, allocatable :: node(:, :)    !< (4, nodes): place from -1 on, field
-      real(wp), allocatable :: values(:, :) !< (4, nodes); of a node that no block has 0
+      real(wp), allocatable :: values(:, :) !< (4, nodes); 0 for a node without block
       type(partner_exchange_t), private :: exchange
    contains
       procedure :: clear
@@ -30,7 +30,7 @@ contains
       if (.not. allocated(self%node)) allocate (self%node(numbers_each, 256))
    end subroutine clear
 
-   !> Ask for one more node; it has the number `count` then.
+   !> Request one more node; its number is `count` then.
    subroutine want(self, place, field)
       class(wanted_nodes_t), intent(inout) :: self
       integer, intent(in) :: place(3), field
@@ -44,7 +44,7 @@ contains
       self%node(:, self%count) = [place, field]
    end subroutine want
 
-   !> Collective among near ranks: the values of all nodes.
+   !> Collective among near ranks: read the values of all nodes.
    subroutine fetch(self, level)
       class(wanted_nodes_t), intent(inout) :: self
       type(level_t), intent(in) :: level

@@ -1,5 +1,5 @@
-!> The other body's side of a candidate between bodies: where the force acts there, on which nodes, and what
-!> these are (theory.md, eqs partner-point, capped).
+!> The other body's side of a candidate between bodies: the point of the force there, its nodes, and their
+!> masses (theory.md, eqs partner-point, capped).
 module m_partner_point
    use m_kinds, only: wp
    use m_level, only: level_t
@@ -14,17 +14,18 @@ module m_partner_point
    private
    public :: place_partner, want_nodes, take_mass, mean_velocity, cap
 
-   real(wp), parameter :: max_weight = 1.5_wp !< of a node, in the root of its mass over the particle's: one
-                                               !< of hardly any mass gets hardly any force
+   real(wp), parameter :: max_weight = 1.5_wp !< limit of a node's weight, times the root of its mass over the
+                                              !< particle's: a node
+                                               !< of almost no mass gets almost no force
    real(wp), parameter :: hair = 1.0e-6_wp !< of the weights: a face so near to a plane of nodes is on it. The
-                                           !< node beyond has a weight and a mass of round-off, and these make
-                                           !< any compliance
-   real(wp), parameter :: min_held = 0.2_wp  !< of the weights that must be left
+                                           !< node beyond has a weight and a mass of round-off, whose ratio is
+                                           !< undefined
+   real(wp), parameter :: min_held = 0.2_wp  !< of the weights that must remain
 
 contains
 
-   !> Nodes and weights of the other body of a meeting: in the mean over the same face as on the element's
-   !> body, on the other side of the gap, and spread inward as its own elements' forces are.
+   !> Nodes and weights of the other body of a meeting: averaged over the same face as on the element's body,
+   !> on the other side of the gap, and spread inward like the forces of its own elements.
    pure subroutine place_partner(elements, level, meeting, partner)
       type(surface_elements_t), intent(in) :: elements
       type(level_t), intent(in) :: level
@@ -38,11 +39,12 @@ contains
          place = (meeting%point - grid%lower)*grid%per_cell
          centre = (meeting%centre - grid%lower)*grid%per_cell
          span = elements%span(:, :, meeting%element)*grid%per_cell
-         do k = 1, 3 ! how far the element's own domain reaches along the normal is nothing to the other body
+         do k = 1, 3 ! the extent of the element's own domain along the normal does not matter to the other
+                     ! body
             span(:, k) = span(:, k) - dot_product(meeting%normal, span(:, k))*meeting%normal
          end do
          share = meeting%share
-         if (any(abs(place - nint(centre)) > 1.0_wp)) share = 1.0_wp ! nothing of a force is out of reach
+         if (any(abs(place - nint(centre)) > 1.0_wp)) share = 1.0_wp ! all of the force is within reach
          node = merge(nint(centre), nint(place), share < 1.0_wp)
          call place_face(partner%face, partner%reflection, grid, [0, 0, 0], node, turns, place, span)
          call spread_inward(partner%face, partner%reflection, grid, [0, 0, 0], node, turns, centre, span, &
@@ -50,7 +52,8 @@ contains
       end associate
    end subroutine place_partner
 
-   !> Ask for the values of a partner's nodes; a node outside a symmetry plane is its mirror image inside.
+   !> Request the values of a partner's nodes; a node outside a symmetry plane is replaced by its mirror image
+   !> inside.
    subroutine want_nodes(grid, partner, wanted)
       type(grid_level_t), intent(in) :: grid
       type(partner_t), intent(in) :: partner
@@ -67,7 +70,7 @@ contains
       end do
    end subroutine want_nodes
 
-   !> Masses of a partner's nodes, of those that were fetched.
+   !> Masses of a partner's nodes, from the fetched values.
    pure subroutine take_mass(wanted, first, partner)
       type(wanted_nodes_t), intent(in) :: wanted
       integer, intent(in) :: first
@@ -84,7 +87,7 @@ contains
       end do
    end subroutine take_mass
 
-   !> Velocity that fetched nodes give to a point, m/s.
+   !> Velocity of a point from fetched nodes, m/s.
    pure function mean_velocity(wanted, first, face) result(velocity)
       type(wanted_nodes_t), intent(in) :: wanted
       integer, intent(in) :: first
@@ -103,8 +106,8 @@ contains
       end do
    end function mean_velocity
 
-   !> No node gets more of a force than its mass can bear; the others get the rest (theory.md, eq. capped).
-   !> Where hardly any node has mass the force is not held.
+   !> Limit the force on a node to what its mass can bear; the others get the rest (theory.md, eq. capped). If
+   !> hardly any node has mass the force is not `held`.
    pure subroutine cap(face, mass, particle_mass, held)
       type(face_weights_t), intent(inout) :: face
       real(wp), intent(in) :: mass(0:, 0:, 0:)  !< of the nodes, kg

@@ -1,5 +1,5 @@
-!> The surface of another body as an element meets it: gap, normal and where the force acts there, by moving
-!> least squares over that body's elements (theory.md, eqs partner-gap, partner-foot, partner-normal; implicit
+!> The surface of another body near an element: gap, normal and the point of the force there, by moving least
+!> squares over that body's elements (theory.md, eqs partner-gap, partner-foot, partner-normal; implicit
 !> moving least squares: Shen, O'Brien and Shewchuk 2004).
 module m_partner_surface
    use m_kinds, only: wp
@@ -9,55 +9,57 @@ module m_partner_surface
    private
    public :: meeting_t, find_meetings, reach_of, farthest_gap
 
-   !> An element and another body that it is near.
+   !> An element and another body near it.
    type :: meeting_t
       integer :: element = 0          !< its number among the elements
       integer :: field = 0            !< of the other body
       real(wp) :: gap = 0.0_wp        !< m
       real(wp) :: normal(3) = 0.0_wp  !< outward from the other body
-      real(wp) :: point(3) = 0.0_wp   !< where the force acts on the other body, m
-      real(wp) :: centre(3) = 0.0_wp  !< of its particles behind that point, m
-      real(wp) :: share = 1.0_wp      !< of the force that acts at the point; the rest does at the centre
+      real(wp) :: point(3) = 0.0_wp   !< point of the force on the other body, m
+      real(wp) :: centre(3) = 0.0_wp  !< mean centre of its particles behind that point, m
+      real(wp) :: share = 1.0_wp      !< share of the force at the point; the rest acts at the centre
       real(wp) :: mass = 0.0_wp       !< of the other body's particles there, kg
       real(wp) :: velocity(3) = 0.0_wp !< of them, m/s
    end type meeting_t
 
    real(wp), parameter :: reach_of = 2.0_wp     !< of the weights, in particle edges
-   real(wp), parameter :: farthest_gap = 1.2_wp !< that is looked at, in particle edges
-   real(wp), parameter :: facing = 0.3_wp       !< cosine between normals: elements of one side, or of two
+   real(wp), parameter :: farthest_gap = 1.2_wp !< largest gap considered, in particle edges
+   real(wp), parameter :: facing = 0.3_wp       !< cosine between normals: of elements on one side, or on two
                                                 !< sides that face each other
-   real(wp), parameter :: across = 0.55_wp*sqrt(2.0_wp) !< a surface ends so far from the middle of its last
-                                                        !< element, in its length: half a diagonal and
-                                                        !< a little
-   real(wp), parameter :: alone = 1.0e-10_wp !< spread of a single element, of its squared distance:
-                                             !< round-off, that tells no curvature
-   integer, parameter :: sharpness = 8 !< power of the flatness with which the flatter body gives the normal
-   real(wp), parameter :: corner = 0.2_wp !< where curvatures leave this share of what normals differ by, or
-                                          !< more, there is a corner
-   real(wp), parameter :: tight(2) = [0.5_wp, 0.75_wp] !< curvature times edge, up to which a surface may be
-                                                       !< smooth, and from which on it has a corner
-   real(wp), parameter :: one_line = 0.02_wp !< determinant of the spread of places over its trace squared:
-                                             !< below they stand in a line, and one curvature is all
+   real(wp), parameter :: across = 0.55_wp*sqrt(2.0_wp) !< end of a surface from the middle of its last
+                                                        !< element, in its length: slightly more than half a
+                                                        !< diagonal
+   real(wp), parameter :: alone = 1.0e-10_wp !< spread of a single element, relative to its squared distance:
+                                             !< round-off without information on curvature
+   integer, parameter :: sharpness = 8 !< exponent of the flatness in weighting the normal towards the flatter
+                                       !< body
+   real(wp), parameter :: corner = 0.2_wp !< share of the normals' differences not explained by curvatures
+                                          !< from which on there is a corner
+   real(wp), parameter :: tight(2) = [0.5_wp, 0.75_wp] !< curvature times edge: up to the first a surface may
+                                                       !< be smooth, from the second on it has a corner
+   real(wp), parameter :: one_line = 0.02_wp !< determinant of the spread of positions over its trace squared:
+                                             !< below it they are collinear, with one curvature
 
-   !> What an element sees of one field: sums with weights (m2). Places are those from its own face.
+   !> Weighted sums (m2) over the elements of one field near an element. Positions are relative to its own
+   !> face.
    type :: view_t
       real(wp) :: weight = 0.0_wp, normal(3) = 0.0_wp, mass = 0.0_wp
       real(wp) :: velocity(3) = 0.0_wp
       real(wp), dimension(3) :: place = 0.0_wp, force_place = 0.0_wp, centre_place = 0.0_wp !< of faces, of
                                                                        !< force points, of particles
       real(wp) :: along = 0.0_wp, force_along = 0.0_wp, centre_along = 0.0_wp !< of these, along each normal
-      real(wp), dimension(3, 3) :: spread = 0.0_wp !< of the faces' places with themselves,
+      real(wp), dimension(3, 3) :: spread = 0.0_wp !< second moments of the faces' positions,
       real(wp), dimension(3, 3) :: turn = 0.0_wp   !< of the normals with these
       real(wp), dimension(3, 3) :: tilt = 0.0_wp   !< and of the normals with themselves
-      real(wp) :: edge = 0.0_wp                        !< of their particles
-      real(wp) :: lateral = huge(1.0_wp)               !< to the nearest element, in its length
+      real(wp) :: edge = 0.0_wp                        !< of the particles
+      real(wp) :: lateral = huge(1.0_wp)               !< distance to the nearest element, in its length
    end type view_t
 
-   !> A surface where an element meets it.
+   !> A surface at the foot point of an element.
    type :: foot_t
       logical :: exists = .false.
       real(wp) :: normal(3) = 0.0_wp
-      real(wp) :: share = 0.0_wp !< 1 where it is flat, next to nothing at a corner
+      real(wp) :: share = 0.0_wp !< 1 where it is flat, almost 0 at a corner
    end type foot_t
 
 contains
@@ -98,7 +100,7 @@ contains
       end do
    end subroutine find_meetings
 
-   !> True when another field's elements may be near.
+   !> True when elements of another field may be near.
    pure logical function has_company(elements, e)
       type(surface_elements_t), intent(in) :: elements
       integer, intent(in) :: e
@@ -113,7 +115,8 @@ contains
       end do
    end function has_company
 
-   !> What an element sees of all fields: of its own the surface around it, of others what faces it.
+   !> Collect the sums over all fields for an element: of its own field the surface around it, of others the
+   !> elements facing it.
    pure subroutine find_views(elements, e, numbers, views)
       type(surface_elements_t), intent(in) :: elements
       integer, intent(in) :: e, numbers(:)
@@ -162,10 +165,9 @@ contains
       end associate
    end subroutine find_views
 
-   !> The normal of a surface where an element meets it: the mean of those around, turned by the surface's
-   !> curvatures from their middle to the foot of the element. The curvatures are those that fit the normals
-   !> best, along two tangents; what they leave says how much of a corner there is. Exact on spheres, on
-   !> cylinders and on planes.
+   !> The normal of a surface at the foot point of an element: the mean of the surrounding ones, rotated by
+   !> the surface's curvatures from their middle to the foot point. The curvatures are those that best fit the
+   !> normals, along two tangents; the residual indicates a corner. Exact on spheres, cylinders and planes.
    pure type(foot_t) function foot_of(view) result(foot)
       type(view_t), intent(in) :: view
       real(wp) :: axes(3, 2), axis(3), places(2, 2), normals(2, 2), curvature(2, 2), scatter, left
@@ -187,7 +189,7 @@ contains
       else
          curvature = trace(normals)/trace(places)*reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
       end if
-      ! what the normals differ by: all of it, and what no curvature explains
+      ! differences of the normals: in total, and not explained by curvature
       scatter = max(0.0_wp, 1.0_wp - dot_product(mean_normal, mean_normal))
       left = trace(along_axes(view%tilt/view%weight - outer(mean_normal, mean_normal))) &
              - sum(curvature*normals)
@@ -216,9 +218,9 @@ contains
       end function trace
    end function foot_of
 
-   !> How far a surface is from the face of the element that meets it (m), by places on it or by force points:
-   !> along the middle between each normal and that at the foot where the surface is smooth, along each normal
-   !> at corners.
+   !> Distance of a surface from the face of an element (m), by positions on it or by force points: along the
+   !> middle between each normal and that at the foot point where the surface is smooth, along each normal at
+   !> corners.
    pure real(wp) function gap_to(view, foot, along, place) result(gap)
       type(view_t), intent(in) :: view
       type(foot_t), intent(in) :: foot
@@ -227,7 +229,7 @@ contains
             /(view%weight + dot_product(foot%normal, view%normal)) - (1.0_wp - foot%share)*along/view%weight
    end function gap_to
 
-   !> Gap, normal and point of the force of a meeting, if there is one.
+   !> Gap, normal and force point of a meeting, if there is one.
    pure subroutine meet(here, own, other, meeting, meets)
       type(element_t), intent(in) :: here
       type(view_t), intent(in) :: own, other !< its own field and another

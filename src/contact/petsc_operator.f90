@@ -1,12 +1,12 @@
-!> What the solver needs of an operator, free of PETSc.
+!> The solver's interface to an operator, independent of PETSc.
 module m_petsc_operator
    use m_kinds, only: wp
    implicit none
    private
    public :: petsc_operator_t
 
-   !> A symmetric positive semi-definite operator, distributed like its vectors. Solvers ask most of it
-   !> between free unknowns, which they choose now and then: the others are 0 in what it takes and gives.
+   !> A symmetric positive semi-definite operator, distributed like its vectors. Solvers mostly use it between
+   !> free unknowns, which they choose from time to time: the other entries are 0.
    type, abstract :: petsc_operator_t
    contains
       procedure(multiply_interface), deferred :: multiply
@@ -23,7 +23,7 @@ module m_petsc_operator
          real(wp), intent(out), contiguous :: to(:)
       end subroutine multiply_interface
 
-      !> From now on multiply_free takes and gives these unknowns; `free` may be longer than those in use.
+      !> Set the unknowns that multiply_free uses; `free` may be longer than the number in use.
       subroutine set_free_interface(self, free)
          import :: petsc_operator_t
          class(petsc_operator_t), intent(inout) :: self

@@ -1,9 +1,9 @@
 !> Bound-constrained quadratic problems on PETSc: minimise 1/2 x'Mx - b'x over x >= 0, M given by its product.
-!> An error inside PETSc aborts all ranks with PETSc's own words. Guesses which unknowns are free come first,
-!> with PETSc's conjugate gradients for those; where they run in a circle, TAO's gradient projection with
-!> conjugate gradients (Moré and Toraldo 1991) goes on. That is asked for the change from the start value:
-!> what the objective falls by is then no difference of large numbers, whose rounding would send its line
-!> searches to and fro where the start is good.
+!> An error inside PETSc aborts all ranks with PETSc's message. First an active-set method, with PETSc's
+!> conjugate gradients for the free unknowns; where it cycles, TAO's gradient projection with conjugate
+!> gradients (Moré and Toraldo 1991). That solves for the change from the start value: the decrease of the
+!> objective is then no difference of large numbers, whose round-off would disturb the line searches for a
+!> good start.
 module m_petsc_solver
 #include <petsc/finclude/petsctao.h>
 #include "../parallel/petsc_versions.h"
@@ -20,10 +20,9 @@ module m_petsc_solver
    type :: petsc_solver_t
       private
       logical :: started = .false.       !< this solver has initialised PETSc
-      integer, public :: capacity = -1   !< unknowns on this rank that the objects hold
-      integer, public :: guesses = 8     !< of which unknowns are free, before gradient projection has to find
-                                         !< out
-      integer(i8), public :: projected = 0 !< problems for which it had to
+      integer, public :: capacity = -1   !< number of unknowns on this rank that the objects hold
+      integer, public :: guesses = 8     !< active-set iterations before gradient projection is used
+      integer(i8), public :: projected = 0 !< problems in which it was used
       Vec :: b, start, change, right_side, lower, upper
       Mat :: hessian, free_hessian
       Tao :: tao
@@ -36,29 +35,30 @@ module m_petsc_solver
       procedure, public :: release
    end type petsc_solver_t
 
-   real(wp), parameter :: largest_right_side = 1.0e100_wp !< its norm; what is larger, or not a number, has no
-                                                          !< solution
+   real(wp), parameter :: largest_right_side = 1.0e100_wp !< limit of its norm; above it, or for NaN, there is
+                                                          !< no solution
    integer, parameter :: together = 25              !< iterations after which the change so far becomes the
                                                     !< start
-   real(wp), parameter :: rough = 0.001_wp          !< conjugate gradients of one guess need come no lower
-                                                    !< than this, of what it began with
-   integer, parameter :: many = 10000               !< products for one guess (PETSc's default)
+   real(wp), parameter :: rough = 0.001_wp          !< tolerance of the conjugate gradients of one active-set
+                                                    !< iteration, relative to their initial residual
+   integer, parameter :: many = 10000               !< maximum number of products for one active set (PETSc's
+                                                    !< default)
    real(wp), parameter :: rounding = 1.0e-13_wp     !< of the largest unknown
    PetscReal, parameter :: by_default = PETSC_DEFAULT_REAL
-   real(wp), parameter :: enough = 0.3_wp           !< conjugate gradients need come no lower than this, of
-                                                    !< the tolerance; with 0.9, friction's sweeps are soon
-                                                    !< above it again
+   real(wp), parameter :: enough = 0.3_wp           !< tolerance of the conjugate gradients relative to the
+                                                    !< tolerance of the problem; with 0.9, friction's sweeps
+                                                    !< soon exceed it again
 
-   !> What PETSc's callbacks work on during a solve.
+   !> Data of PETSc's callbacks during a solve.
    class(petsc_operator_t), pointer, protected :: current_operator => null()
    Vec, protected :: current_right_side
 
 contains
 
-   !> Collective: objects for `unknowns` on this rank.
+   !> Collective: create objects for `unknowns` on this rank.
    subroutine fit(self, comm, unknowns)
       class(petsc_solver_t), intent(inout) :: self
-      integer, intent(in) :: comm     !< the handle of their communicator
+      integer, intent(in) :: comm     !< Fortran handle of their communicator
       integer, intent(in) :: unknowns !< on this rank; may be 0
       PetscErrorCode :: ierr
       PetscInt :: n
@@ -77,7 +77,7 @@ contains
       PetscCallA(MatShellSetOperation(self%hessian, MATOP_MULT, multiply, ierr))
       PetscCallA(MatSetOption(self%hessian, MAT_SYMMETRIC, PETSC_TRUE, ierr))
       PetscCallA(TaoCreate(comm, self%tao, ierr))
-      ! what is said here is said to no other solver
+      ! these options apply to no other solver
       PetscCallA(TaoSetOptionsPrefix(self%tao, 'contact_', ierr))
       PetscCallA(TaoSetType(self%tao, TAOGPCG, ierr))
       PetscCallA(TaoSetSolution(self%tao, self%change, ierr))
@@ -86,11 +86,11 @@ contains
       PetscCallA(TaoSetHessian(self%tao, self%hessian, self%hessian, keep_hessian, 0, ierr))
       PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-contact_tao_subset_type', 'matrixfree', ierr))
       PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-contact_pc_type', 'none', ierr))
-      ! conjugate gradients without a trust region, which this Tao does not use: its lengths would take three
-      ! sums over the ranks a product more
+      ! conjugate gradients without a trust region, which this Tao does not use: its norms would take three
+      ! more reductions per product
       PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-contact_ksp_type', 'cg', ierr))
-      ! without a preconditioner the natural norm is that of the residual, and at hand: one sum over the ranks
-      ! a product less
+      ! without a preconditioner the natural norm is that of the residual, and available: one reduction fewer
+      ! per product
       PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-contact_ksp_norm_type', 'natural', ierr))
       PetscCallA(TaoSetFromOptions(self%tao, ierr))
       PetscCallA(MatCreateShell(comm, n, n, PETSC_DETERMINE, PETSC_DETERMINE, 0, self%free_hessian, ierr))
@@ -105,8 +105,8 @@ contains
       self%capacity = unknowns
    end subroutine fit
 
-   !> Collective: x from its start value; unknowns beyond size(x) are idle. `residual` is the norm of the
-   !> projected gradient relative to that of b; huge, and x as it was, where b has no norm.
+   !> Collective: solve for x from its start value; unknowns beyond size(x) are idle. `residual` is the norm
+   !> of the projected gradient relative to that of b; huge, and x unchanged, if b has no finite norm.
    subroutine solve(self, operator, b, x, tolerance, max_iterations, iterations, residual)
       class(petsc_solver_t), intent(inout) :: self
       class(petsc_operator_t), intent(inout), target :: operator
@@ -123,7 +123,7 @@ contains
       iterations = 0
       call fill(self%b, b)
       PetscCallA(VecNorm(self%b, NORM_2, size_of_b, ierr))
-      if (.not. size_of_b <= largest_right_side) then ! on all ranks alike: PETSc would abort
+      if (.not. size_of_b <= largest_right_side) then ! on all ranks: else PETSc would abort
          residual = huge(residual)
          nullify (current_operator)
          return
@@ -139,8 +139,8 @@ contains
       nullify (current_operator)
    end subroutine solve
 
-   !> Collective: M x = b between the unknowns of which it is known that they are free, by conjugate gradients
-   !> from 0 on; the others are 0. `residual` is relative to b; huge, and x is 0, where b has no norm.
+   !> Collective: solve M x = b for the given free unknowns, by conjugate gradients from 0; the others are 0.
+   !> `residual` is relative to b; huge, and x is 0, if b has no finite norm.
    subroutine solve_among(self, operator, free, b, x, tolerance, max_iterations, residual)
       class(petsc_solver_t), intent(inout) :: self
       class(petsc_operator_t), intent(inout), target :: operator
@@ -158,14 +158,14 @@ contains
       residual = huge(residual)
       call fill(self%right_side, merge(b, 0.0_wp, free))
       PetscCallA(VecNorm(self%right_side, NORM_2, size_of_b, ierr))
-      if (.not. size_of_b <= largest_right_side) return ! on all ranks alike: PETSc would abort
+      if (.not. size_of_b <= largest_right_side) return ! on all ranks: else PETSc would abort
       current_operator => operator
       call operator%set_free(free)
       limit = max_iterations
       PetscCallA(KSPSetTolerances(self%ksp, tolerance, tiny(size_of_b), by_default, limit, ierr))
       PetscCallA(KSPSolve(self%ksp, self%right_side, self%change, ierr))
       PetscCallA(KSPGetResidualNorm(self%ksp, norm, ierr))
-      limit = many ! as for guesses
+      limit = many ! as for active sets
       PetscCallA(KSPSetTolerances(self%ksp, tolerance, tiny(size_of_b), by_default, limit, ierr))
       residual = norm/max(size_of_b, tiny(size_of_b))
       PetscCallA(VecGetArrayReadF90(self%change, values, ierr))
@@ -174,10 +174,10 @@ contains
       nullify (current_operator)
    end subroutine solve_among
 
-   !> Guess which unknowns are free, solve for them, and guess anew from what has become negative or wants to
-   !> grow: a primal-dual active set method (Hintermüller, Ito and Kunisch 2003), whose first guess is mostly
-   !> right or almost, for the start is that of the last steps. It may end in a cycle; then `norm`, that of
-   !> the projected gradient, is above `tolerance`, or no number.
+   !> Choose the free unknowns, solve for them, and update the choice by the signs of unknowns and gradient: a
+   !> primal-dual active set method (Hintermüller, Ito and Kunisch 2003), whose first choice is mostly right,
+   !> since the start is from the last steps. It may cycle; then `norm`, that of the projected gradient, is
+   !> above `tolerance`, or NaN.
    subroutine solve_free(self, tolerance, max_iterations, iterations, norm)
       class(petsc_solver_t), intent(inout) :: self
       real(wp), intent(in) :: tolerance
@@ -195,14 +195,14 @@ contains
          PetscCallA(VecGetArrayReadF90(self%b, b, ierr))
          PetscCallA(VecGetArrayF90(self%right_side, gradient, ierr))
          gradient = gradient - b
-         free = x > 0.0_wp .or. .not. gradient >= 0.0_wp ! what is not a number must show in the norm
+         free = x > 0.0_wp .or. .not. gradient >= 0.0_wp ! NaN must show in the norm
          gradient = merge(-gradient, 0.0_wp, free)
          PetscCallA(VecRestoreArrayF90(self%right_side, gradient, ierr))
          PetscCallA(VecRestoreArrayReadF90(self%b, b, ierr))
          PetscCallA(VecRestoreArrayF90(self%start, x, ierr))
          PetscCallA(VecNorm(self%right_side, NORM_2, norm, ierr))
          if (norm <= tolerance .or. iterations >= min(self%guesses, max_iterations)) return
-         ! a start so far off that PETSc would abort: gradient projection leaves it
+         ! the start is so bad that PETSc would abort: leave it to gradient projection
          if (.not. norm <= largest_right_side) return
          call current_operator%set_free(free)
          lowest = max(enough*tolerance, rough*norm)
@@ -219,7 +219,7 @@ contains
       end do
    end subroutine solve_free
 
-   !> Gradient projection with conjugate gradients (TAO's GPCG), from the values that `start` holds.
+   !> Gradient projection with conjugate gradients (TAO's GPCG), from the values in `start`.
    subroutine solve_bounded(self, tolerance, max_iterations, iterations, norm)
       class(petsc_solver_t), intent(inout) :: self
       real(wp), intent(in) :: tolerance
@@ -248,9 +248,9 @@ contains
       end do
    end subroutine solve_bounded
 
-   !> The problem of the change from the start: its right-hand side b - M start, bounds that keep the sum from
-   !> falling below 0. A start that is worse than none is put to 0: what the objective then falls by would be
-   !> mostly that start's.
+   !> Set up the problem of the change from the start: its right-hand side b - M start, and bounds that keep
+   !> the sum at or above 0. A start that is worse than zero is set to 0: else the decrease of the objective
+   !> would be mostly that of the start.
    subroutine begin(self)
       class(petsc_solver_t), intent(inout) :: self
       PetscScalar :: quadratic, linear
@@ -258,7 +258,7 @@ contains
       call multiply(self%hessian, self%start, self%change, ierr)
       PetscCallA(VecDot(self%start, self%change, quadratic, ierr))
       PetscCallA(VecDot(self%start, self%b, linear, ierr))
-      if (.not. 0.5_wp*quadratic <= linear) then ! or so large that it is no number
+      if (.not. 0.5_wp*quadratic <= linear) then ! or NaN
          PetscCallA(VecSet(self%start, 0.0_wp, ierr))
          PetscCallA(VecSet(self%change, 0.0_wp, ierr))
       end if
@@ -268,8 +268,8 @@ contains
       PetscCallA(VecScale(self%lower, -1.0_wp, ierr))
    end subroutine begin
 
-   !> Take the change into the start. Unknowns that are nothing but rounding are 0: gradient projection takes
-   !> them for free ones that it must not shorten, and then no step is short enough.
+   !> Add the change to the start. Unknowns that are only round-off are set to 0: gradient projection would
+   !> treat them as free ones that must not decrease, and then no step is short enough.
    subroutine go_on(start, change)
       Vec :: start, change
       PetscScalar, pointer :: array(:)
@@ -282,7 +282,7 @@ contains
       PetscCallA(VecRestoreArrayF90(start, array, ierr))
    end subroutine go_on
 
-   !> Put values at the head of a vector and zero behind them.
+   !> Copy values to the beginning of a vector, and pad it with zeros.
    subroutine fill(vector, values)
       Vec :: vector
       real(wp), intent(in) :: values(:)
@@ -294,7 +294,7 @@ contains
       PetscCallA(VecRestoreArrayF90(vector, array, ierr))
    end subroutine fill
 
-   !> PETSc's product with the matrix. Idle unknowns keep their value.
+   !> PETSc's callback for the product with the matrix. Idle unknowns keep their value.
    subroutine multiply(matrix, x, y, ierr)
       Mat :: matrix
       Vec :: x, y

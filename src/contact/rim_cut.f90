@@ -1,4 +1,4 @@
-!> Contact points of faces that the sharp rim of a flat tool crosses: the part under the tool counts
+!> Contact points of faces crossed by the sharp rim of a flat tool: only the part under the tool counts
 !> (theory.md, eq. rim-cut).
 module m_rim_cut
    use m_kinds, only: wp
@@ -13,20 +13,21 @@ module m_rim_cut
    public :: find_point
 
    integer, parameter :: samples = 8            !< along each edge of a face; squared, along that of a section
-   real(wp), parameter :: first_layer = 1.5_wp  !< half edges: no centre of a face that is met is further away
+   real(wp), parameter :: first_layer = 1.5_wp  !< half edges: upper bound of the distance of centres of
+                                                !< touched faces
 
 contains
 
-   !> Gap and normal of a particle's contact point, as of find_gap; of one that the rim crosses, of the middle
-   !> of its part under the tool, with that part.
+   !> Gap and normal of a particle's contact point, as find_gap; if the rim crosses its face, those of the
+   !> middle of the part under the tool, with that part.
    subroutine find_point(tool, level, materials, b, p, reach, may_cut, c, edge, thickness)
       type(tool_t), intent(in) :: tool
       type(level_t), intent(in) :: level
       type(materials_t), intent(in) :: materials
       integer, intent(in) :: b, p              !< numbers of the block and the particle
       real(wp), intent(in) :: reach            !< m
-      logical, intent(in) :: may_cut           !< areas of points count (eq. subcell)
-      type(candidate_t), intent(inout) :: c    !< before anything is known of it
+      logical, intent(in) :: may_cut           !< areas of points are used (eq. subcell)
+      type(candidate_t), intent(inout) :: c    !< with initial values
       real(wp), intent(out) :: edge, thickness !< of the particle, m
       if (may_cut .and. tool%spec%shape%end_radius() > 0.0_wp) then
          call cut(tool, level, b, p, c)
@@ -42,9 +43,9 @@ contains
       call find_gap(tool, level, materials, b, p, reach, c%gap, c%normal, edge, thickness)
    end subroutine find_point
 
-   !> The part of a particle's face that is under the flat end of a tool, by places all over it: its share,
-   !> its middle from that of the face, and how much of the half edges it spans. All of it counts where the
-   !> rim is not near, and where none is under the tool: that meets the wall, if anything.
+   !> The part of a particle's face under the flat end of a tool, by sampling: its share, its middle relative
+   !> to that of the face, and its extents in half edges. The whole face counts if the rim is not near, or if
+   !> no part of it is under the tool: then it can only meet the wall.
    pure subroutine cut(tool, level, b, p, c)
       type(tool_t), intent(in) :: tool
       type(level_t), intent(in) :: level
@@ -67,7 +68,7 @@ contains
       if (before < 0.0_wp .or. before > first_layer*norm2(r(:, k))) return
       edges = [mod(k, 3) + 1, mod(k + 1, 3) + 1]
       many = samples
-      if (level%grid%section%is_flat()) then ! all along y is one
+      if (level%grid%section%is_flat()) then ! one sample along y
          r(2, :) = 0.0_wp
          many = merge(samples**2, 1, norm2(r(:, edges), dim=1) > 0.0_wp)
       end if

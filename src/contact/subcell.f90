@@ -1,6 +1,6 @@
-!> The compliance of the half-space below a cell (theory.md, eq. subcell): the surface of a grid cannot bend
-!> within a cell, so that pressures which vary there deflect nothing. Here is what a step's contact points and
-!> nodes have of the term, and what it makes of their forces.
+!> The compliance of the half-space below a cell (theory.md, eq. subcell): the surface of a grid cannot deform
+!> within a cell, so that pressures which vary there cause no deflection. This module computes the term for a
+!> step's contact points and nodes, and its effect on their forces.
 module m_subcell
    use m_kinds, only: wp
    use m_level, only: level_t
@@ -12,27 +12,26 @@ module m_subcell
    private
    public :: set_subcell, find_deflection, beside_subcell
 
-   real(wp), parameter :: counted_area = 0.9_wp !< of a node's surface, by its particles: what counts beyond
-                                                !< the contact's rim
-   real(wp), parameter :: one_face = 0.95_wp !< mean normal of a node's points, where bodies meet on one face
-                                             !< there: at a corner an area is not that of one direction
-   real(wp), parameter :: huge_stiffness = 1.0e250_wp !< over area, of what does not give way, N/m3:
-   real(wp), parameter :: rigid = 1.0e150_wp !< N/m: some of a node's points are such
-   real(wp), parameter :: beside_subcell = 0.1_wp !< of the compliance of points that the term makes unique
+   real(wp), parameter :: counted_area = 0.9_wp !< share of a node's surface, by its particles, that counts
+                                                !< beyond the contact's rim
+   real(wp), parameter :: one_face = 0.95_wp !< mean normal of a node's points, above which bodies meet on one
+                                             !< face there: at a corner an area has no single direction
+   real(wp), parameter :: huge_stiffness = 1.0e250_wp !< over area, of a rigid material, N/m3:
+   real(wp), parameter :: rigid = 1.0e150_wp !< N/m: some of a node's points are rigid
+   real(wp), parameter :: beside_subcell = 0.1_wp !< of the compliance of points that makes the term unique
 
 contains
 
-   !> Collective among neighbours: the term of a step's rows and nodes, when those have numbers and know of
-   !> other ranks'. A node's area is that which the points on it stand for, or what its particles show of
-   !> surface to the tool if that is more; its modulus is the mean of those of its own body's points. The term
-   !> only takes energy.
+   !> Collective among neighbours: the term for a step's rows and nodes, after nodes are numbered and shared.
+   !> A node's area is that of its points, or the surface that its particles have towards the tool if larger;
+   !> its modulus is the mean over its own body's points. The term only dissipates.
    subroutine set_subcell(system, level, list, time_step, compliance, below)
       type(contact_system_t), intent(inout) :: system
       type(level_t), intent(in) :: level
       type(candidate_t), intent(in) :: list(:)
       real(wp), intent(in) :: time_step !< s
       real(wp), intent(inout) :: compliance(:) !< (rows): of points, s/kg
-      real(wp), intent(inout) :: below(:)      !< (rows): the term's share of the diagonal, s/kg
+      real(wp), intent(inout) :: below(:)      !< (rows): contribution of the term to the diagonal, s/kg
       real(wp), dimension(3, system%nodes%count) :: normal, sums, surface, paired
       real(wp) :: area, of_node(system%nodes%count), way(4)
       logical :: held(3)
@@ -45,7 +44,7 @@ contains
          if (.not. sums(3, n) > 0.0_wp .or. sums(2, n) >= rigid) cycle
          if (paired(1, n) > 0.0_wp .and. norm2(normal(:, n)) < one_face*sums(1, n)) cycle
          held = held_components(level%grid, system%nodes%place_of(system%nodes%grid_node(n)))
-         where (held) normal(:, n) = 0.0_wp ! across a symmetry plane the mirror image has the opposite
+         where (held) normal(:, n) = 0.0_wp ! at a symmetry plane the mirror image has the opposite component
          area = -dot_product(normal(:, n), surface(:, n))/max(norm2(normal(:, n)), tiny(area))
          area = max(sums(1, n), counted_area*area)
          of_node(n) = sums(3, n)/(sums(2, n)*time_step)
@@ -65,8 +64,8 @@ contains
       compliance = compliance + system%subcell_rows
    end subroutine set_subcell
 
-   !> A point has the compliance of its nodes, by their weights: one pressure everywhere then deflects
-   !> nothing, whatever materials meet there.
+   !> The compliance of a point is that of its nodes, by their weights: a uniform pressure then causes no
+   !> deflection, for any materials.
    subroutine set_rows(system, list, of_node)
       type(contact_system_t), intent(inout) :: system
       type(candidate_t), intent(in) :: list(:)
@@ -88,8 +87,8 @@ contains
       end do
    end subroutine set_rows
 
-   !> Collective among neighbours: how far the forces of all rows press the surface in below the cells, or
-   !> drag it along there, in the directions of the rows, m.
+   !> Collective among neighbours: deflection of the surface below the cells by the forces of all rows, in the
+   !> directions of the rows, m.
    subroutine find_deflection(system, forces, time_step, deflection)
       type(contact_system_t), intent(inout) :: system
       real(wp), intent(in), contiguous :: forces(:)      !< (rows), scaled
@@ -114,7 +113,7 @@ contains
       end associate
    end subroutine find_deflection
 
-   !> What of the surface a point stands for, m2: between bodies both sides have points.
+   !> Surface represented by a point, m2: between bodies both sides have points.
    pure elemental real(wp) function share_of(c) result(area)
       type(candidate_t), intent(in) :: c
       area = merge(0.5_wp, 1.0_wp, c%partner > 0)*c%area
@@ -138,7 +137,7 @@ contains
          if (c > size(list)) exit
          share = [1.0_wp, huge_stiffness, 1.0_wp]
          if (list(c)%subcell > 0.0_wp) share(2) = 1.0_wp/list(c)%subcell
-         if (c == before) share(2:) = 0.0_wp ! the other body's points know its modulus
+         if (c == before) share(2:) = 0.0_wp ! the other body's points have its modulus
          before = c
          do s = system%begins(n), system%begins(n + 1) - 1
             area = system%weight(s)*share_of(list(c))

@@ -1,5 +1,5 @@
-!> The elastic modulus of the half-space below a contact point, and how far it gives way to pressures that
-!> vary within a cell (theory.md, eqs subcell, half-space).
+!> The elastic modulus of the half-space below a contact point, and its compliance for pressures that vary
+!> within a cell (theory.md, eqs subcell, half-space).
 module m_subcell_modulus
    use m_kinds, only: wp
    use m_material, only: material_t
@@ -7,21 +7,21 @@ module m_subcell_modulus
    private
    public :: young_modulus, half_space_modulus, subcell_compliance
 
-   real(wp), parameter :: narrow_face = 0.6_wp  !< faces up to this width, in cells, have the whole term
-   real(wp), parameter :: wide_face = 0.9_wp    !< those from this width on none: one point a cell says
-                                                !< nothing of what varies within it
+   real(wp), parameter :: narrow_face = 0.6_wp  !< faces up to this width, in cells, get the full term
+   real(wp), parameter :: wide_face = 0.9_wp    !< wider faces get none: one point a cell does not resolve
+                                                !< variations within it
 
 contains
 
-   !> Of a law that is pulled along x, Pa.
+   !> Young's modulus of a law along x, Pa.
    pure real(wp) function young_modulus(law)
       class(material_t), intent(in) :: law
       young_modulus = 0.5_wp/law%complementary_energy([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp])
    end function young_modulus
 
-   !> E/(1 - nu^2) of a half-space, by the moduli of plane waves and of shear, Pa; 0 of what bears no shear,
-   !> and of what may flow: what the flowing layer yields is not known, and a compliance that goes while it is
-   !> pressed would give energy.
+   !> E/(1 - nu^2) of a half-space, from the moduli of plane waves and of shear, Pa; 0 for materials without
+   !> shear stiffness, and for those that may flow: the compliance of the flowing layer is unknown, and one
+   !> that vanishes under load would create energy.
    pure real(wp) function half_space_modulus(law) result(modulus)
       class(material_t), intent(in) :: law
       real(wp) :: shear, shear_energy, stress(6), wave
@@ -39,8 +39,8 @@ contains
       if (wave > shear) modulus = 4.0_wp*shear*(wave - shear)/wave
    end function half_space_modulus
 
-   !> How far a unit of pressure that varies within a cell presses the surface in, for a factor of 1, m/Pa:
-   !> the cell over the modulus; less with faces that are as wide as a cell.
+   !> Deflection per unit of pressure that varies within a cell, for a factor of 1, m/Pa: the cell over the
+   !> modulus; less for faces as wide as a cell.
    pure real(wp) function subcell_compliance(cell, modulus, face) result(compliance)
       real(wp), intent(in) :: cell    !< m
       real(wp), intent(in) :: modulus !< of the half-space, Pa

@@ -1,6 +1,6 @@
-!> The surface of the bodies at nodes, from all particles around them (theory.md, eq. node-area): the sum of
-!> V grad S is the integral of the node's weight times the outward normal over the surface, so that nobody
-!> has to know which particles are at the surface.
+!> The surface of the bodies at nodes, from all particles around them (theory.md, eq. node-area): the sum of V
+!> grad S is the integral of the node's weight times the outward normal over the surface, so surface particles
+!> need not be identified.
 module m_surface_area
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -15,7 +15,7 @@ module m_surface_area
    private
    public :: find_surface_area
 
-   !> Nodes of a block's tile that are asked for.
+   !> Requested nodes of a block's tile.
    type :: asked_t
       integer :: block = 0
       logical :: wanted(0:tile_last, 0:tile_last, 0:tile_last) = .false.
@@ -24,7 +24,7 @@ module m_surface_area
 
 contains
 
-   !> Collective among neighbours: the vectors of area of the nodes of a contact problem.
+   !> Collective among neighbours: the area vectors of the nodes of a contact problem.
    subroutine find_surface_area(level, nodes, area)
       type(level_t), intent(in) :: level
       type(contact_nodes_t), intent(inout) :: nodes
@@ -59,11 +59,11 @@ contains
       call nodes%give_back(lists, area)
    end subroutine find_surface_area
 
-   !> Blocks here whose tiles have a node: its own, and those next to it if it is on their rim.
+   !> Local blocks whose tiles have a node: its own, and neighbouring ones if it is on their rim.
    pure subroutine blocks_at(level, place, field, slots, at, count)
       type(level_t), intent(in) :: level
       integer, intent(in) :: place(3), field
-      integer, intent(out) :: slots(8), at(3, 8) !< the node's place in their tiles
+      integer, intent(out) :: slots(8), at(3, 8) !< the node's indices in their tiles
       integer, intent(out) :: count
       integer :: home(3), i, j, k, low(3), high(3), slot
       home = (place - modulo(place, block_size))/block_size
@@ -84,7 +84,7 @@ contains
       end do
    end subroutine blocks_at
 
-   !> Give the blocks that have a node a number, if they have none.
+   !> Number the blocks that have a node, if not numbered yet.
    pure subroutine ask(level, place, field, asked_of, count)
       type(level_t), intent(in) :: level
       integer, intent(in) :: place(3), field
@@ -113,7 +113,8 @@ contains
       end do
    end subroutine mark
 
-   !> What the particles of each block that reach a wanted node give to its tile, mirror images with them.
+   !> Sum the contributions of the particles of each block to the requested nodes of its tile, mirror images
+   !> included.
    subroutine fill(level, asked)
       type(level_t), intent(in) :: level
       type(asked_t), intent(inout) :: asked(:)
@@ -141,7 +142,7 @@ contains
       end do
    end subroutine fill
 
-   !> Sum over the blocks here that have a node, m2.
+   !> Sum over the local blocks that have a node, m2.
    pure function found_at(level, place, field, asked_of, asked) result(area)
       type(level_t), intent(in) :: level
       integer, intent(in) :: place(3), field, asked_of(:)

@@ -1,5 +1,5 @@
-!> Surface elements of bodies that may meet others: those of this rank's particles and those that near ranks
-!> send, sorted into bins (theory.md, eqs surface-element, element-force).
+!> Surface elements of bodies that may come into contact: those of this rank's particles and those received
+!> from near ranks, sorted into bins (theory.md, eqs surface-element, element-force).
 module m_surface_elements
    use m_kinds, only: wp, i8
    use m_constants, only: block_size
@@ -16,7 +16,7 @@ module m_surface_elements
    private
    public :: element_t, surface_elements_t, surface_columns_t, find_columns, share_at
 
-   !> One element: numbers alone, for they are sent as they stand.
+   !> One element: reals only, so that it can be sent directly.
    type :: element_t
       sequence
       real(wp) :: field = 0.0_wp       !< velocity field of its body
@@ -31,33 +31,33 @@ module m_surface_elements
    end type element_t
 
    integer, parameter :: element_reals = storage_size(element_t())/storage_size(1.0_wp)
-   real(wp), parameter :: flat_enough = 0.003_wp !< of a force that a flattened particle may have beyond its
-                                                 !< face: where strains are small, a cell's nodes are enough
+   real(wp), parameter :: flat_enough = 0.003_wp !< of a force: tolerated share beyond the face of a flattened
+                                                 !< particle: at small strains a cell's nodes are enough
 
    !> Columns of the elements that a particle carries.
    type :: surface_columns_t
-      integer :: elements = 0 !< that a particle may have
+      integer :: elements = 0 !< maximum number per particle
       integer, dimension(max_elements) :: area = 0, arm = 0, pressure = 0, friction = 0
-      integer, dimension(max_elements) :: gap = 0     !< that the last step has left, and the field that it
-                                                       !< is to
+      integer, dimension(max_elements) :: gap = 0     !< gap after the last step, and the field that it
+                                                       !< belongs to
       integer, dimension(max_elements) :: deflection = 0 !< below the cells: along the normal; a vector across
       integer, dimension(max_elements) :: overlap = 0 !< at the start
-      integer, dimension(max_elements) :: bond = 0    !< share of its strength that is left; then how far it
-                                                       !< has slipped, a vector
+      integer, dimension(max_elements) :: bond = 0    !< remaining share of its strength; then its
+                                                       !< slip so far, a vector
    end type surface_columns_t
 
    type :: surface_elements_t
-      integer :: own = 0    !< of this rank's particles; those of others follow
+      integer :: own = 0    !< number of this rank's elements; those of other ranks follow
       integer :: count = 0
       type(element_t), allocatable :: list(:)
       integer, allocatable :: block(:), particle(:), element(:) !< (own)
       real(wp), allocatable :: span(:, :, :) !< (3, 3, own): of the domain's face, m
-      real(wp), allocatable :: last(:, :) !< (10, own): of the last step pressure and friction, Pa; gap, m; to
-                                          !< which field; deflections, m
-      real(wp) :: longest = 0.0_wp !< edge of a particle, m
+      real(wp), allocatable :: last(:, :) !< (10, own): from the last step pressure and friction, Pa; gap, m;
+                                          !< its field; deflections, m
+      real(wp) :: longest = 0.0_wp !< largest edge of a particle, m
       real(wp), allocatable :: low(:, :), high(:, :) !< (3, fields): bounds of the faces, m
       real(wp), private :: bin = 1.0_wp              !< edge of the bins, m
-      integer, allocatable :: field(:)               !< (count): velocity fields, when they are sorted
+      integer, allocatable :: field(:)               !< (count): velocity fields, in sorted order
       integer, allocatable, private :: place(:, :)   !< (3, count): bins
       integer, allocatable, private :: first(:), next(:) !< lists by hash of the bin
    contains
@@ -71,7 +71,7 @@ module m_surface_elements
 
 contains
 
-   !> Where particles carry their elements.
+   !> Columns in which particles carry their elements.
    type(surface_columns_t) function find_columns(table) result(at)
       type(field_table_t), intent(in) :: table
       integer :: e
@@ -83,8 +83,8 @@ contains
       end do
    end function find_columns
 
-   !> The elements of this rank's particles, of blocks that have blocks of another field at their place or
-   !> next to it. What pressed them is taken out of their columns.
+   !> Collect the elements of this rank's particles in blocks with blocks of another field at their place or
+   !> next to it. Their pressures are taken out of the columns.
    subroutine gather(self, level, at)
       class(surface_elements_t), intent(inout) :: self
       type(level_t), intent(inout) :: level
@@ -125,8 +125,8 @@ contains
       end do
    end function meets_others
 
-   !> Append the element of a particle. The force acts at the face of its domain, for that carries the
-   !> weights: along the way to the material's surface, no further than the domain reaches.
+   !> Append the element of a particle. The force acts at the face of its domain, which determines the
+   !> weights: on the line to the material's surface, within the domain.
    subroutine add(self, level, at, b, p, e)
       class(surface_elements_t), intent(inout) :: self
       type(level_t), intent(inout) :: level
@@ -180,27 +180,27 @@ contains
       end associate
    end subroutine add
 
-   !> Of a section the edge of the particle's square, and the element as one side of it would be in 3D.
+   !> For a section: the edge of the particle's square, and the element as a side of it in 3D.
    pure subroutine take_depth(it, values, level, arm)
       type(element_t), intent(inout) :: it
       real(wp), intent(in) :: values(:) !< columns of the particle
       type(level_t), intent(in) :: level
-      integer, intent(in) :: arm        !< first column of the way to the element, m
+      integer, intent(in) :: arm        !< first column of the vector to the element, m
       associate (section => level%grid%section, radius => values(level%layout%position))
          it%edge = sqrt(values(level%layout%volume)/section%depth(radius))
          it%area = it%area/section%depth(radius + values(arm))*it%edge
       end associate
    end subroutine take_depth
 
-   !> How much of an element's force acts at its point, so that with the rest at the particle's centre its
-   !> middle is the face, by the distances (m) of face and point from the centre.
+   !> Share of an element's force at its point, such that with the rest at the particle's centre the centre of
+   !> the force is on the face, by the distances (m) of face and point from the centre.
    pure real(wp) function share_at(to_face, to_point) result(share)
       real(wp), intent(in) :: to_face, to_point
       share = 1.0_wp
       if (to_face < to_point) share = min(1.0_wp, max(0.0_wp, to_face/to_point) + flat_enough)
    end function share_at
 
-   !> Room for so many elements.
+   !> Provide room for a number of elements.
    subroutine make_room(self, wanted)
       type(surface_elements_t), intent(inout) :: self
       integer, intent(in) :: wanted
@@ -227,7 +227,7 @@ contains
       call move_alloc(lasts, self%last)
    end subroutine make_room
 
-   !> Collective among near ranks: each gets the elements that are within `reach` of the places of its blocks.
+   !> Collective among near ranks: each receives the elements within `reach` of its blocks.
    subroutine exchange(self, level, reach)
       class(surface_elements_t), intent(inout) :: self
       type(level_t), intent(in) :: level
@@ -252,7 +252,7 @@ contains
       if (self%count > self%own) &
          self%longest = max(self%longest, maxval(self%list(self%own + 1:self%count)%edge))
    contains
-      !> Which own elements a rank is to know of.
+      !> The own elements to be sent to a rank.
       function is_near(rank)
          integer, intent(in) :: rank
          logical :: is_near(self%own)
@@ -285,7 +285,7 @@ contains
       end function is_near
    end subroutine exchange
 
-   !> Add the mirror images of elements near symmetry planes: a surface goes on beyond.
+   !> Add the mirror images of elements near symmetry planes, beyond which the surface continues.
    subroutine mirror(self, grid, reach)
       class(surface_elements_t), intent(inout) :: self
       type(grid_level_t), intent(in) :: grid
@@ -338,12 +338,12 @@ contains
       end do
    end subroutine sort
 
-   !> Numbers of the elements in the bins around that of an element: all that are within an edge of it, and
-   !> others. What was found for an element of the same bin is left.
+   !> Numbers of the elements in the bins around that of an element: all within one bin edge of it, and
+   !> others. A result for an element of the same bin is reused.
    pure subroutine near(self, element, middle, found, numbers)
       class(surface_elements_t), intent(in) :: self
       integer, intent(in) :: element
-      integer, intent(inout) :: middle(3) !< bin that was asked for last; now that of the element
+      integer, intent(inout) :: middle(3) !< bin of the last request; on return that of the element
       integer, intent(inout) :: found
       integer, allocatable, intent(inout) :: numbers(:)
       integer, allocatable :: more(:)

@@ -1,5 +1,5 @@
-!> The reactions of the tools: what contact forces do to them in a step, added up over the candidates of all
-!> ranks, and the work that comes of it.
+!> Reactions of the tools: the contact forces on them in a step, summed over the candidates of all ranks, and
+!> their work.
 module m_tool_reactions
    use mpi_f08
    use m_kinds, only: wp
@@ -14,27 +14,26 @@ module m_tool_reactions
    private
    public :: tool_state_t, reaction_t, accumulate_reactions, close_ring, add_particle_work, add_up
 
-   !> What one tool has met, over all ranks: in the last step, and since the start.
+   !> Contact of one tool, over all ranks: in the last step, and since the start.
    type :: tool_state_t
       real(wp) :: load(3) = 0.0_wp      !< on the tool, N, for the modelled part of the body
       real(wp) :: moment(3) = 0.0_wp    !< on the tool about its point, N m, for the same part
-      real(wp) :: overlap = 0.0_wp !< deepest place of a contact point inside the tool at the start of the
+      real(wp) :: overlap = 0.0_wp !< largest depth of a contact point inside the tool at the start of the
                                    !< step, m
       real(wp) :: work = 0.0_wp         !< done by the tool since the start, J
-      real(wp) :: heat = 0.0_wp         !< made by friction since the start, J
-      real(wp) :: constraint_work = 0.0_wp !< done on the bodies by the condition itself, beyond the tool's
-                                           !< own, since the start, J
-      real(wp) :: particle_work = 0.0_wp !< done on the particles by their own motion since the start, J: work
-                                         !< less heat
+      real(wp) :: heat = 0.0_wp         !< friction heat since the start, J
+      real(wp) :: constraint_work = 0.0_wp !< spurious work of the condition itself on the bodies, beyond the
+                                           !< tool's own, since the start, J
+      real(wp) :: particle_work = 0.0_wp !< work on the particles by their own motion since the start, J: work
+                                         !< minus heat
       real(wp) :: impulse(3) = 0.0_wp   !< given to the bodies since the start, N s
-      real(wp) :: stored = 0.0_wp       !< elastic energy that the bodies keep below the cells under it, J:
-      real(wp) :: stored_shear = 0.0_wp !< and of that what friction has put there, J
+      real(wp) :: stored = 0.0_wp       !< elastic energy stored in the bodies below the cells under it, J:
+      real(wp) :: stored_shear = 0.0_wp !< and the part of friction in it, J
    contains
       procedure :: accumulate
    end type tool_state_t
 
-   !> What the candidates of a step do to one tool: numbers alone, for they are added up over the ranks as
-   !> they stand.
+   !> Reactions of the candidates of a step on one tool: reals only, as they are summed over the ranks.
    type :: reaction_t
       sequence
       real(wp) :: load(3) = 0.0_wp         !< on the tool, N
@@ -46,15 +45,15 @@ module m_tool_reactions
       real(wp) :: constraint_work = 0.0_wp !< J
       real(wp) :: stored = 0.0_wp          !< J
       real(wp) :: stored_shear = 0.0_wp    !< J
-      real(wp) :: candidates = 0.0_wp      !< how many
+      real(wp) :: candidates = 0.0_wp      !< number of candidates
    end type reaction_t
 
    integer, parameter :: reaction_reals = storage_size(reaction_t())/storage_size(1.0_wp)
 
 contains
 
-   !> Reactions of the tools to this rank's candidates, and what friction takes from the motion by how the
-   !> contact points slip at the step's end, on tools that have not given way yet.
+   !> Reactions of the tools to this rank's candidates, and the friction heat by the slip of the contact
+   !> points at the step's end, before load-driven tools are updated.
    pure subroutine accumulate_reactions(reactions, candidates, tools, level, time_step)
       type(reaction_t), intent(out) :: reactions(:) !< (tools)
       type(candidates_t), intent(in) :: candidates
@@ -86,7 +85,7 @@ contains
       call close_ring(reactions, level%grid%section)
    end subroutine accumulate_reactions
 
-   !> All around the axis of a section of one of revolution only what goes along it is left.
+   !> For a body of revolution only the axial components remain around the ring.
    pure subroutine close_ring(reactions, section)
       type(reaction_t), intent(inout) :: reactions(:) !< (tools)
       type(section_t), intent(in) :: section
@@ -144,12 +143,12 @@ contains
       deepest = both(:, 2)
    end subroutine add_up
 
-   !> Book the reaction of a step, of all ranks, on a tool that has given way to it.
+   !> Accumulate the reaction of a step, of all ranks, on a tool after its update.
    pure subroutine accumulate(self, reaction, tool, velocity_change, spin_change, time_step)
       class(tool_state_t), intent(inout) :: self
       type(reaction_t), intent(in) :: reaction
       type(tool_t), intent(in) :: tool
-      real(wp), intent(in) :: velocity_change(3), spin_change(3) !< by which it has, m/s and rad/s
+      real(wp), intent(in) :: velocity_change(3), spin_change(3) !< change of the tool's motion, m/s and rad/s
       real(wp), intent(in) :: time_step   !< s
       self%load = reaction%load
       self%moment = reaction%moment

@@ -1,4 +1,4 @@
-!> Explicit steps that become quasi-static at a time of the scene, and quasi-static ones that become explicit.
+!> Change between explicit and quasi-static steps at given times of the scene.
 module m_changing
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
@@ -19,7 +19,7 @@ module m_changing
       private
       type(quasi_static_spec_t) :: spec
       type(quasi_static_t) :: statics
-      logical :: holds = .false. !< steps are quasi-static now
+      logical :: holds = .false. !< steps are quasi-static at present
       character(len=:), allocatable :: run_log
    contains
       procedure :: start
@@ -39,7 +39,7 @@ module m_changing
 
 contains
 
-   !> Collective: when the model stands as the run begins.
+   !> Collective: initialise when the model is in the run's initial state.
    subroutine start(self, scene, model)
       class(changing_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
@@ -50,7 +50,7 @@ contains
       self%holds = self%spec%holds_at(model%time)
    end subroutine start
 
-   !> Collective: the step (s) that is to be taken now; first the change, where its time has come.
+   !> Collective: the step (s) to be taken now; first change the kind of steps, if it is time.
    real(wp) function next_step(self, scene, model, share) result(time_step)
       class(changing_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
@@ -87,14 +87,15 @@ contains
       end if
       if (self%was_called_off()) return
       if (.not. self%holds .or. self%spec%holds_at(model%time)) return
-      call self%statics%change(model, .false.) ! the next one is explicit: at rest, as long as waves let
+      call self%statics%change(model, .false.) ! the next step is explicit: start at rest, with the step
+                                               ! limited by waves
       self%holds = .false.
       self%run_log = self%run_log//'steps      from time '//si(model%time, 's')//' on they are explicit'// &
                   new_line('a')
       call bound_speeds(model)
    end subroutine step
 
-   !> What implicit steps are called.
+   !> Name of the implicit steps.
    pure character(len=12) function kind(self)
       class(changing_t), intent(in) :: self
       kind = merge('implicit    ', 'quasi-static', self%spec%has_inertia())

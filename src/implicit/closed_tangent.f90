@@ -1,4 +1,4 @@
-!> Tangents of particles by their laws' own derivatives (theory.md, eq. closed-tangent).
+!> Tangents of particles from their laws' closed-form derivatives (theory.md, eq. closed-tangent).
 module m_closed_tangent
    use m_kinds, only: wp
    use m_field_table, only: layout_t
@@ -11,7 +11,7 @@ module m_closed_tangent
 
 contains
 
-   !> V d(sigma cof F)/dA of `count` particles of one body from `first` on, where their law knows d sigma/dA.
+   !> V d(sigma cof F)/dA of `count` particles of one body from `first` on, if their law provides d sigma/dA.
    subroutine closed_tangent(parts, particles, materials, layout, time_step, first, count, gradient, force, &
                              tangent, known)
       integer, intent(in) :: parts
@@ -89,7 +89,7 @@ contains
                                       + inverse(:, 3*k - 3 + l)*s(:, 3*j - 3 + i)
                end do
             end do
-            do i = 1, 3 ! l has one row, k: that of number l of the inverse; so sigma l^T has one column
+            do i = 1, 3 ! l has one row, k: row number l of the inverse; so sigma l^T has one column
                t(:, 3*k - 3 + i) = t(:, 3*k - 3 + i) - s(:, i)*inverse(:, l) &
                                    - s(:, i + 3)*inverse(:, l + 3) - s(:, i + 6)*inverse(:, l + 6)
             end do

@@ -1,6 +1,6 @@
 !> The preconditioner of Bramble, Pasciak and Xu (1990) for the stiffness of implicit steps: its diagonal, and
-!> corrections on coarser and coarser grids, each by a diagonal of its own (theory.md, eq. coarse-grids). It
-!> needs no matrix, and holds for levels, contact groups and sections.
+!> corrections on successively coarser grids, each with its own diagonal (theory.md, eq. coarse-grids). It
+!> needs no matrix, and supports levels, contact groups and sections.
 module m_coarse_grids
    use mpi_f08
    use m_kinds, only: wp
@@ -17,20 +17,20 @@ module m_coarse_grids
    private
    public :: coarse_grids_t
 
-   !> Grid 0 has the cells of the finest level and reaches as far as this rank's nodes of it. All ranks have
-   !> all of the coarser ones; a coarser level's nodes are nodes of the grid that has its cells.
+   !> Grid 0 has the cells of the finest level and extends over this rank's nodes of it. All ranks have all of
+   !> the coarser grids; a coarser level's nodes are nodes of the grid with its cells.
    type, extends(krylov_preconditioner_t) :: coarse_grids_t
       private
       type(model_t), pointer :: model => null()
       integer :: row = 0                      !< of the timers
       logical, public :: wanted = .false.
-      logical, public :: diagonal_alone = .false. !< for now
+      logical, public :: diagonal_alone = .false. !< at present
       type(lattice_t), allocatable :: grids(:) !< from 0
       integer, allocatable :: slot(:)         !< of the nodal unknowns among the values of all grids
       real(wp), allocatable :: values(:)      !< three a node
-      real(wp), allocatable :: inverse(:)     !< the same: of the diagonals; 0 where nothing moves
-      real(wp), allocatable :: share(:)       !< the same: one over the sum of the weights of the nodes of the
-                                              !< next grid that are there; 0 where no node of this one is
+      real(wp), allocatable :: inverse(:)     !< likewise: inverse diagonals; 0 for fixed components
+      real(wp), allocatable :: share(:)       !< likewise: one over the sum of the weights of the existing
+                                              !< nodes of the next grid; 0 where this grid has no node
       real(wp), allocatable :: diagonal(:)    !< of the stiffness
    contains
       procedure :: begin
@@ -43,14 +43,14 @@ module m_coarse_grids
    end type coarse_grids_t
 
    integer, parameter :: max_grids = 40
-   real(wp), parameter :: half = 0.5_wp      !< weight of a node beside one of the next grid
-   real(wp), parameter :: thinner = 0.25_wp  !< stiffness of a node over the weighted sum of what it stands
-                                             !< for
-   real(wp), parameter :: even(8, 3) = 1.0_wp !< what a mirror image does to a stiffness
+   real(wp), parameter :: half = 0.5_wp      !< weight of a neighbour of a node of the next grid
+   real(wp), parameter :: thinner = 0.25_wp  !< stiffness of a node over the weighted sum of the stiffnesses
+                                             !< it represents
+   real(wp), parameter :: even(8, 3) = 1.0_wp !< parity of a stiffness under reflection
 
 contains
 
-   !> Collective: a step begins, whose unknowns are numbered.
+   !> Collective: prepare for a step after its unknowns are numbered.
    subroutine begin(self, system)
       class(coarse_grids_t), intent(inout) :: self
       type(static_system_t), intent(in) :: system
@@ -75,7 +75,7 @@ contains
       call self%find_shares()
    end subroutine begin
 
-   !> Collective: the grids, coarser and coarser, up to one of a cell around all.
+   !> Collective: set up successively coarser grids, up to one cell around all.
    subroutine fit_grids(self, system)
       class(coarse_grids_t), intent(inout) :: self
       type(static_system_t), intent(in) :: system
@@ -91,7 +91,7 @@ contains
       end do
       call MPI_Allreduce(MPI_IN_PLACE, all_ranks, size(all_ranks), MPI_INTEGER, MPI_MIN, &
                          self%model%communicator%comm)
-      if (any(own(:3, levels) > -own(4:, levels))) & ! this rank has none: one node that all know of
+      if (any(own(:3, levels) > -own(4:, levels))) & ! this rank has none: use one node that all ranks have
          own(:, levels) = [all_ranks(:3, 0), -all_ranks(:3, 0)]
       if (allocated(self%grids)) deallocate (self%grids)
       allocate (self%grids(0:max_grids))
@@ -128,8 +128,8 @@ contains
       end associate
    end function box_of
 
-   !> Collective: which nodes of the grids are there: those of unknowns, held ones, and every other one of the
-   !> next finer grid.
+   !> Collective: find the existing nodes of the grids: those with unknowns, fixed ones, and every other one
+   !> of the next finer grid.
    subroutine find_shares(self)
       class(coarse_grids_t), intent(inout) :: self
       integer :: k
@@ -159,7 +159,7 @@ contains
       end associate
    end subroutine find_shares
 
-   !> Nodes of a grid that are held all ways are there.
+   !> Nodes of a grid with all components fixed exist.
    pure subroutine mark_held(finest, grid, stride, values)
       type(grid_level_t), intent(in) :: finest
       type(lattice_t), intent(in) :: grid
@@ -171,7 +171,7 @@ contains
       end do
    end subroutine mark_held
 
-   !> Place on the finest level of a node of a grid.
+   !> Coordinates on the finest level of a node of a grid.
    pure function stride_to(grid, n, stride) result(node)
       type(lattice_t), intent(in) :: grid
       integer, intent(in) :: n, stride
@@ -180,9 +180,9 @@ contains
       where (grid%halves) node = stride*node
    end function stride_to
 
-   !> Collective: the diagonals, with the points that press now: K of a node of the next grid is a quarter of
-   !> what it stands for, for the stiffness of hats grows with their width, not with their volume. Masses and
-   !> points resist even motion, and count as a whole.
+   !> Collective: compute the diagonals, including the points pressed at present: K of a node of the next grid
+   !> is a quarter of the sum it represents, as the stiffness of hat functions grows with their width, not
+   !> with their volume. Masses and points resist uniform motion, and count fully.
    subroutine renew(self, system)
       class(coarse_grids_t), intent(inout) :: self
       type(static_system_t), intent(inout) :: system
@@ -230,7 +230,7 @@ contains
       end do
    end subroutine renew
 
-   !> Collective: how pressed points resist when all moves alike, by node, N/m.
+   !> Collective: resistance of pressed points to uniform motion, by node, N/m.
    subroutine resist_even(system, values)
       type(static_system_t), intent(inout) :: system
       real(wp), intent(out) :: values(:)
@@ -246,7 +246,7 @@ contains
       end associate
    end subroutine resist_even
 
-   !> Which components of a grid's node are held: nearer than its stride to a side that holds them.
+   !> Fixed components of a grid's node: nearer than its stride to a side that fixes them.
    pure function held_near(finest, node, stride) result(held)
       type(grid_level_t), intent(in) :: finest
       integer, intent(in) :: node(3), stride
@@ -265,7 +265,7 @@ contains
       end do
    end function held_near
 
-   !> Add to values of grid k what those of the finer one come to there, of what this rank knows of it.
+   !> Add the restricted values of the finer grids to grid k, from this rank's part.
    subroutine pass_on(self, k, beside, factor, from, to)
       class(coarse_grids_t), intent(in) :: self
       integer, intent(in) :: k
@@ -281,7 +281,7 @@ contains
       end associate
    end subroutine pass_on
 
-   !> Collective: sums over the ranks, or the like, of values of the grids that all have.
+   !> Collective: reduce the values of the shared grids over the ranks.
    subroutine combine(model, values, how)
       type(model_t), intent(in) :: model
       real(wp), intent(inout), contiguous :: values(:)
@@ -291,7 +291,7 @@ contains
                          model%communicator%comm)
    end subroutine combine
 
-   !> Place of the first value that all ranks have.
+   !> Index of the first value shared by all ranks.
    pure integer function first_shared(self)
       class(coarse_grids_t), intent(in) :: self
       first_shared = self%grids(0)%to + 1

@@ -17,17 +17,17 @@ module m_equilibrium
    integer, parameter, public :: found = 0, no_convergence = 1, turned = 2, too_far = 3, too_long = 4, &
                                  called_off = 5, not_held = 6
 
-   !> How an equilibrium was looked for, and what became of it.
+   !> The search for an equilibrium, and its result.
    type :: equilibrium_t
       type(static_system_t) :: system
       type(static_linear_t) :: linear
       real(wp), allocatable :: z(:)     !< displacements of the unknowns, m
-      real(wp), allocatable :: left(:)  !< forces on them that nothing balances, N
+      real(wp), allocatable :: left(:)  !< residual forces on them, N
       type(trial_status_t) :: trial_status        !< of the last trial, of this rank
       integer :: outcome = no_convergence
-      logical :: too_long = .false.     !< a law wants a smaller step, of the last trial of any rank
+      logical :: too_long = .false.     !< a law requests a smaller step, in the last trial on any rank
       integer :: newton = 0             !< iterations of this step
-      character(len=:), allocatable :: log !< a line an iteration, where wanted
+      character(len=:), allocatable :: log !< a line per iteration, if wanted
       logical :: wants_log = .false.
    contains
       procedure :: solve
@@ -40,23 +40,24 @@ module m_equilibrium
 
    integer, parameter :: iteration_limit = 25, max_halvings = 6
    integer, parameter :: patience = 8      !< iterations without a smaller residual
-   real(wp), parameter :: rough = 1.0e-3_wp, roughest = 1.0e-2_wp !< linear problems are solved to this, of
-                                                                 !< the forces left over,
-   real(wp), parameter :: of_first = 1.0e-5_wp !< the first of a step, which finds who presses: coarse grids
-                                               !< are not symmetric, and a ridge would slip off a symmetric
-                                               !< body
-   real(wp), parameter :: enough = 0.03_wp !< and no further than to this share of the tolerance
-   real(wp), parameter :: closed = 1.0e-6_wp !< cells: what gaps may be off by
-   real(wp), parameter :: max_lag = 100.0_wp !< times the tolerance, of the largest deflection below the
-                                             !< cells: what they may still change by
-   real(wp), parameter :: longest = 0.5_wp   !< component of the gradient of a change in one iteration
+   real(wp), parameter :: rough = 1.0e-3_wp, roughest = 1.0e-2_wp !< linear problems are solved to this,
+                                                                  !< relative to
+                                                                 !< the residual forces,
+   real(wp), parameter :: of_first = 1.0e-5_wp !< the first problem of a step, which determines the contact
+                                               !< status: coarse grids are not symmetric, and a ridge would
+                                               !< slip off a symmetric body
+   real(wp), parameter :: enough = 0.03_wp !< but not beyond this share of the tolerance
+   real(wp), parameter :: closed = 1.0e-6_wp !< cells: tolerance of gaps
+   real(wp), parameter :: max_lag = 100.0_wp !< multiple of the tolerance, relative to the largest deflection
+                                             !< below the cells: tolerance of their change
+   real(wp), parameter :: longest = 0.5_wp   !< limit of a gradient component of the change in one iteration
    real(wp), parameter :: min_determinant = 0.05_wp, largest_gradient = 0.95_wp
-   real(wp), parameter :: overshoot = 0.4_wp !< of the slope at the start, at the end of a Newton step
+   real(wp), parameter :: overshoot = 0.4_wp !< relative to the initial slope, at the end of a Newton step
 
 contains
 
-   !> Collective: find the equilibrium of a system that has begun, from its guess, and the points that
-   !> press. Particles stay as they are.
+   !> Collective: find the equilibrium and the contact status of a system after `begin`, from its guess.
+   !> Particles are not changed.
    subroutine solve(self, tolerance)
       class(equilibrium_t), intent(inout) :: self
       real(wp), intent(in) :: tolerance
@@ -95,7 +96,7 @@ contains
             if (residual <= tolerance*system%scale .and. gap <= closed .and. self%newton > 0 &
                 .and. system%contact%lag <= max_lag*tolerance) self%outcome = found
             if (self%outcome == found) return
-            if (residual < 0.9_wp*best .and. self%newton > 0) then ! at first nothing may be under stress yet
+            if (residual < 0.9_wp*best .and. self%newton > 0) then ! initially the stress may be zero
                best = residual
                best_at = self%newton
             end if
@@ -103,7 +104,8 @@ contains
                 .or. self%linear%unsettled >= max_unsettled .or. self%newton - best_at >= patience) return
             self%newton = self%newton + 1
             share = of_first
-            if (self%newton > 1) share = roughest ! less is enough where the law bends (Eisenstat and Walker)
+            if (self%newton > 1) share = roughest ! less accuracy is enough where the law is nonlinear
+                                                  ! (Eisenstat and Walker)
             if (self%newton > 1 .and. residual < before) &
                share = max(rough, min(roughest, 0.9_wp*(residual/before)**2))
             call system%linearise()
@@ -117,7 +119,7 @@ contains
       end associate
    end subroutine solve
 
-   !> Collective: room for the unknowns, which begin as guessed; nothing is counted yet.
+   !> Collective: allocate the unknowns, which start from the guess, and reset the counters.
    subroutine prepare(self)
       class(equilibrium_t), intent(inout) :: self
       logical :: there
@@ -136,8 +138,8 @@ contains
       end associate
    end subroutine prepare
 
-   !> Collective: largest distance from what contact asks for: no gap beyond the yielding of pressed points,
-   !> none below 0, no slip beyond what friction gives way, m.
+   !> Collective: largest violation of the contact conditions: gaps beyond the compliance of pressed points,
+   !> negative gaps, slip beyond the elastic slip of friction, m.
    real(wp) function worst_gap(self)
       class(equilibrium_t), intent(in) :: self
       integer :: n
@@ -148,8 +150,8 @@ contains
       worst_gap = self%system%model%communicator%maximum(worst_gap)
    end function worst_gap
 
-   !> Collective: no particle is turned inside out or nearly, all stresses are numbers, and no law wants a
-   !> smaller step.
+   !> Collective: true when no particle is inverted or nearly so, all stresses are finite, and no law requests
+   !> a smaller step.
    logical function is_sound(self)
       class(equilibrium_t), intent(inout) :: self
       real(wp) :: worst
@@ -163,8 +165,8 @@ contains
       self%too_long = worst < -0.5_wp
    end function is_sound
 
-   !> Collective: go along a change: not so far that a gradient grows too much, nor beyond where the energy of
-   !> the step is least, where a full step overshoots. `force` becomes that of the new displacements.
+   !> Collective: move along a change, limited so that gradients do not grow too much, and, if a full step
+   !> overshoots, to the minimum of the step's energy. `force` becomes that of the new displacements.
    subroutine step_along(self, change, force)
       class(equilibrium_t), intent(inout) :: self
       real(wp), intent(in) :: change(:)
@@ -190,10 +192,10 @@ contains
             end if
             slope_here = slope_of(force)
             if (.not. slope_here < -overshoot*abs(slope_before)) exit
-            ! the slope, force times change, has fallen through 0: back to where it is 0 on the secant
+            ! the slope, force times change, has become negative: go back to its zero on the secant
             length = low + (length - low)*max(0.1_wp, slope_low/(slope_low - slope_here))
          end do
-         do n = 1, points ! forces of the points as their gaps have it, where it is not those of the change
+         do n = 1, points ! forces of the points by their gaps, where they differ from those of the change
             associate (it => system%contact%list(n))
                if (length < 1.0_wp) it%force = pressing(n)
                if (length < 1.0_wp) it%friction_force = friction_force(:, n)
@@ -202,7 +204,7 @@ contains
          end do
       end associate
    contains
-      !> Force along the change, with points that press as their gaps have it, J.
+      !> Force along the change, with points pressed by their gaps, J.
       real(wp) function slope_of(force)
          real(wp), intent(in) :: force(:)
          real(wp) :: none(3)
@@ -219,12 +221,12 @@ contains
       end function slope_of
    end subroutine step_along
 
-   !> A line about an iteration.
+   !> Append a line about an iteration to the log.
    subroutine say(self, residual, gap)
       class(equilibrium_t), intent(inout) :: self
       real(wp), intent(in) :: residual, gap !< N; cells
       real(wp) :: share
-      share = merge(1.0_wp, 0.0_wp, residual > 0.0_wp) ! before there is any stress
+      share = merge(1.0_wp, 0.0_wp, residual > 0.0_wp) ! zero stress at first
       if (self%system%scale > 0.0_wp) share = residual/self%system%scale
       self%log = self%log//'newton     '//to_text(self%newton)//': residual '//to_text(share, 3)// &
                  ', gaps off by '//to_text(gap, 3)//' cells, '//to_text(self%linear%solves)//' solves, '// &

@@ -1,6 +1,6 @@
-!> Ghost penalty: jumps of the displacement's slope across faces of cells at a body's surface are penalised,
-!> so that nodes that hardly any particle holds are held by their neighbours (theory.md, eq. ghost; Burman
-!> 2010; Coombs 2022).
+!> Ghost penalty: jumps of the displacement's gradient across faces of cells at a body's surface are
+!> penalised, so that nodes with little material are supported by their neighbours (theory.md, eq. ghost;
+!> Burman 2010; Coombs 2022).
 module m_ghost_penalty
    use m_kinds, only: wp
    use m_node_values, only: node_values, tile_last, v_x, v_z, f_x, f_z
@@ -23,8 +23,9 @@ module m_ghost_penalty
       integer, allocatable :: at(:, :)
       real(wp), allocatable :: stiffness(:)      !< N/m
       logical, allocatable :: filled(:, :, :, :) !< cells, by their lowest node in the tiles of own blocks
-      real(wp), allocatable :: young(:, :, :, :) !< of them, mean of what reaches into them, Pa
-      real(wp), allocatable :: secant(:, :, :, :) !< the same of moduli_of, Pa
+      real(wp), allocatable :: young(:, :, :, :) !< Young's modulus of the cells, mean over the particles that
+                                                 !< reach into them, Pa
+      real(wp), allocatable :: secant(:, :, :, :) !< likewise of the secant moduli of moduli_of, Pa
    contains
       procedure :: find_edges
       procedure :: find_faces
@@ -35,14 +36,17 @@ module m_ghost_penalty
 
    integer, parameter :: reached = 1, sum_of_young = 2, coarse = 3, sum_of_secants = 4, edge = 1 ! places of a
    ! node meanwhile
-   real(wp), parameter :: hair = 1.0e-7_wp    !< cells: what reaches less far into a cell is not in it;
-   real(wp), parameter :: hair_of_groups = 1.0e-12_wp !< and where bodies press each other: by its nodes
-   real(wp), parameter :: one_a_cell = 0.9_wp !< edge of a particle, in cells, that fills its cell alone
-   real(wp), parameter :: probed = 0.02_wp    !< equivalent strain up to which a law's secant is taken
+   real(wp), parameter :: hair = 1.0e-7_wp    !< cells: smaller overlaps of a particle with a cell are
+                                              !< ignored;
+   real(wp), parameter :: hair_of_groups = 1.0e-12_wp !< and where bodies are in contact: by the cell's nodes
+   real(wp), parameter :: one_a_cell = 0.9_wp !< edge of a particle, in cells, from which on it fills its cell
+                                              !< alone
+   real(wp), parameter :: probed = 0.02_wp    !< equivalent strain up to which the secant modulus of a law is
+                                              !< taken
 
 contains
 
-   !> First: what a block's particles reach, cell by cell, into its empty tile. Sums over tiles follow.
+   !> First: mark the cells reached by a block's particles in its empty tile. Sums over tiles follow.
    subroutine mark_cells(level, materials, b, time_step, tile)
       type(level_t), intent(in) :: level
       type(materials_t), intent(in) :: materials
@@ -77,8 +81,8 @@ contains
       end associate
    end subroutine mark_cells
 
-   !> Young's modulus of a block's particles, and as much of it as is left, as a secant, when they are sheared
-   !> from how they are by `probed` either way: of metal that flows, about what it bears over that strain.
+   !> Young's modulus of a block's particles, and its secant value for a shear by `probed` in both directions
+   !> from the present state: for plastic flow about the stress borne over that strain.
    subroutine moduli_of(level, materials, b, time_step, young, secant)
       type(level_t), intent(in) :: level
       type(materials_t), intent(in) :: materials
@@ -121,8 +125,8 @@ contains
       end associate
    end function sheared
 
-   !> Then: cells at the surface, or with no more than one particle, each told by one block, in place of what
-   !> the tiles hold. Sums over tiles follow.
+   !> Second: mark the cells at the surface, or with at most one particle, each by one block, in place of the
+   !> tiles' contents. Sums over tiles follow.
    subroutine find_edges(self, level, tiles, finer)
       class(ghost_penalty_t), intent(inout) :: self
       type(level_t), intent(in) :: level
@@ -168,11 +172,10 @@ contains
       end do
    end subroutine find_edges
 
-   !> True of a cell beyond a side of the grid that is not free, or that another level has: what is there is
-   !> no surface.
+   !> True for a cell beyond a closed side of the grid, or one of another level: there is no surface there.
    pure logical function is_elsewhere(level, cell, axis, finer) result(elsewhere)
       type(level_t), intent(in) :: level
-      integer, intent(in) :: cell(3), axis !< in the level's grid; next to what is asked for
+      integer, intent(in) :: cell(3), axis !< in the level's grid; beside the cell considered
       type(level_t), intent(in), optional :: finer
       associate (home => (cell - modulo(cell, 2))/2) ! in the level above
          elsewhere = cell(axis) < 0 .and. side_kinds(level%grid%boundary(1, axis))%closed
@@ -183,8 +186,8 @@ contains
       end associate
    end function is_elsewhere
 
-   !> Last: the faces between filled cells of which one is at the surface, node by node; `share` of the
-   !> secant modulus times a third of the cell is their stiffness, a quarter of each face to a node.
+   !> Last: find the faces between filled cells of which one is at the surface, node by node; their stiffness
+   !> is `share` of the secant modulus times a third of the cell, with a quarter of each face per node.
    subroutine find_faces(self, level, tiles, share)
       class(ghost_penalty_t), intent(inout) :: self
       type(level_t), intent(in) :: level
@@ -220,8 +223,8 @@ contains
       end do
    end subroutine find_faces
 
-   !> How far what faces have of a node goes on across a section, m: two of them there are, not four, and each
-   !> has half of its length.
+   !> Extent across a section of the faces at a node, m: there are two of them, not four, each with half its
+   !> length.
    pure real(wp) function depth_at(level, b, i) result(depth)
       type(level_t), intent(in) :: level
       integer, intent(in) :: b, i !< of the node in its tile
@@ -230,7 +233,7 @@ contains
       depth = level%grid%section%depth(level%grid%lower(1) + max(real(node(1), wp), 0.25_wp)*level%grid%cell)
    end function depth_at
 
-   !> Sum of the secant modulus over the faces across an axis that a node belongs to and that count, Pa.
+   !> Sum of the secant modulus over the relevant faces normal to an axis at a node, Pa.
    pure real(wp) function faces_at(self, edges, b, node, axis) result(total)
       class(ghost_penalty_t), intent(in) :: self
       real(wp), intent(in) :: edges(0:, 0:, 0:)
@@ -295,8 +298,8 @@ contains
       end do
    end subroutine add_diagonal
 
-   !> The force of each face of this rank under the displacements of `motion`, a row each as
-   !> static_losses_t keeps them.
+   !> The force of each face of this rank under the displacements of `motion`, a row each, in the format of
+   !> static_losses_t.
    pure function forces_of_faces(self, level, motion) result(rows)
       class(ghost_penalty_t), intent(in) :: self
       type(level_t), intent(in) :: level
@@ -311,7 +314,7 @@ contains
       end do
    end function forces_of_faces
 
-   !> Work of such forces along the displacements of `motion`, of the faces whose block is this rank's, J.
+   !> Work of such forces along the displacements of `motion`, for the faces of this rank's blocks, J.
    pure real(wp) function work_of_faces(rows, level, motion) result(work)
       real(wp), intent(in) :: rows(:, :) !< of any levels
       type(level_t), intent(in) :: level
@@ -327,7 +330,7 @@ contains
       end do
    end function work_of_faces
 
-   !> Jump of the slope across a face times the cell, m.
+   !> Jump of the gradient across a face times the cell size, m.
    pure function second_difference(at, motion) result(jump)
       integer, intent(in) :: at(:) !< axis, node of the tile (3), block
       real(wp), intent(in), contiguous :: motion(:, 0:, 0:, 0:, :)

@@ -1,5 +1,5 @@
-!> Algebraic multigrid (PETSc's GAMG) for a matrix of elements with three values a node, whose coarse spaces
-!> hold the motions of a rigid body. Options of PETSc with the prefix -quasi_static_multigrid_ change it.
+!> Algebraic multigrid (PETSc's GAMG) for an element matrix with three values per node, whose coarse spaces
+!> contain the rigid-body motions. Options of PETSc with the prefix -quasi_static_multigrid_ change it.
 module m_multigrid
 #include <petsc/finclude/petscksp.h>
 #include "../parallel/petsc_versions.h"
@@ -10,7 +10,7 @@ module m_multigrid
    private
    public :: multigrid_t
 
-   !> Values of this rank stand node by node, in the order in which ranks number their nodes.
+   !> Values of this rank are ordered by node, with the ranks' numbering of their nodes.
    type :: multigrid_t
       private
       logical :: made = .false.
@@ -29,7 +29,7 @@ module m_multigrid
 
 contains
 
-   !> Collective: an empty matrix for so many nodes on this rank; PETSc has begun.
+   !> Collective: create an empty matrix for a number of nodes on this rank; PETSc must be initialised.
    subroutine begin(self, comm, nodes)
       class(multigrid_t), intent(inout) :: self
       integer, intent(in) :: comm, nodes
@@ -49,7 +49,7 @@ contains
       self%made = .true.
    end subroutine begin
 
-   !> Add a matrix to rows and columns of all ranks, from 0; those below 0 are left out.
+   !> Add a matrix to rows and columns of all ranks, from 0; negative ones are skipped.
    subroutine add(self, rows, values)
       class(multigrid_t), intent(inout) :: self
       integer, intent(in) :: rows(:)
@@ -63,7 +63,7 @@ contains
       PetscCallA(MatSetValues(self%matrix, n, at, n, at, list, ADD_VALUES, ierr))
    end subroutine add
 
-   !> Collective: all has been added; nodes stand at `places`.
+   !> Collective: finish the matrix after all additions; nodes are at `places`.
    subroutine set_up(self, comm, places)
       class(multigrid_t), intent(inout) :: self
       integer, intent(in) :: comm
@@ -112,7 +112,7 @@ contains
       PetscCallA(VecRestoreArrayReadF90(self%to, values, ierr))
    end subroutine apply
 
-   !> Collective: free what there is.
+   !> Collective: free the objects.
    subroutine dismiss(self)
       class(multigrid_t), intent(inout) :: self
       PetscErrorCode :: ierr

@@ -1,5 +1,6 @@
-!> Implicit steps: the model goes from one equilibrium to the next, however long that takes, without inertia
-!> or with it (theory.md, Quasi-static steps). Particles change only when a step has its equilibrium.
+!> Implicit steps: the model advances from one equilibrium to the next, over any time, without inertia or with
+!> it (theory.md, Quasi-static steps). Particles are changed only when the equilibrium of a step has been
+!> found.
 module m_quasi_static
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
@@ -31,16 +32,16 @@ module m_quasi_static
       private
       type(quasi_static_spec_t) :: spec
       type(equilibrium_t) :: equilibrium
-      real(wp) :: smallest = 0.0_wp      !< step that is tried, s
+      real(wp) :: smallest = 0.0_wp      !< smallest step to be tried, s
       real(wp) :: compliance = 0.01_wp   !< of contact points
-      logical :: ahead = .true.          !< explicit steps work ahead
-      logical :: creeps = .false.        !< some material goes on by itself
-      real(wp) :: way = 0.0_wp           !< largest component of a particle's or tool's in the last step, in
-                                         !< what it may be
-      integer :: farthest(3) = 0         !< level, block, particle of this rank that went farthest,
-      real(wp) :: own_way = 0.0_wp       !< and its way
+      logical :: ahead = .true.          !< explicit steps do P2G of the next step early
+      logical :: creeps = .false.        !< some material changes with time alone
+      real(wp) :: way = 0.0_wp           !< largest displacement component of a particle or tool in the last
+                                         !< step, relative to the allowed one
+      integer :: farthest(3) = 0         !< level, block, particle of this rank with the largest displacement,
+      real(wp) :: own_way = 0.0_wp       !< and its displacement
       logical :: failed_before = .false. !< the last step was halved
-      character(len=:), allocatable :: bodies(:) !< their names
+      character(len=:), allocatable :: bodies(:) !< names of the bodies
       character(len=:), allocatable :: run_log
       integer(i8) :: steps = 0, newton = 0, solves = 0, products = 0, halved = 0
    contains
@@ -62,17 +63,20 @@ module m_quasi_static
       procedure, private :: choose_next
    end type quasi_static_t
 
-   real(wp), parameter :: max_fraction_of_way = 0.98_wp !< of what particles of the finest level may go: tools
-   real(wp), parameter :: wished_way = 0.8_wp   !< of what particles may go: what the next step aims at
+   real(wp), parameter :: max_fraction_of_way = 0.98_wp !< of the allowed displacement of the finest level's
+                                                        !< particles: for tools
+   real(wp), parameter :: wished_way = 0.8_wp   !< of the allowed displacement: target of the next step
    real(wp), parameter :: growth = 1.5_wp, min_growth = 0.1_wp
-   integer, parameter :: easy = 5              !< Newton iterations up to which the next step is longer;
-   integer, parameter :: more = 2              !< and with deflections below the cells, which follow behind
-   real(wp), parameter :: smallest_share = 1.0e-3_wp !< of the step that may be taken
-   integer, parameter :: loose_tries = 3       !< of a step in which contact alone holds the bodies some way
+   integer, parameter :: easy = 5              !< Newton iterations up to which the next step is lengthened;
+   integer, parameter :: more = 2              !< additional ones with deflections below the cells, which lag
+                                               !< behind
+   real(wp), parameter :: smallest_share = 1.0e-3_wp !< smallest step, relative to the largest allowed
+   integer, parameter :: loose_tries = 3       !< attempts of a step in which only contact holds the bodies in
+                                               !< some direction
 
 contains
 
-   !> Collective: what the scene says, when the model stands.
+   !> Collective: read the scene's settings when the model is built.
    subroutine start(self, scene, model)
       class(quasi_static_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
@@ -96,7 +100,8 @@ contains
       self%equilibrium%system%ramp = self%spec%ramp
       self%equilibrium%linear%elements%wanted = self%spec%preconditioner == preconditioner_gamg
       self%equilibrium%linear%grids%wanted = self%spec%preconditioner == preconditioner_bpx
-      if (self%spec%ramp > 0.0_wp) model%effect_step%follows_particles = .false. ! they do not know of it
+      if (self%spec%ramp > 0.0_wp) model%effect_step%follows_particles = .false. ! they do not include the
+                                                                                 ! ramp
       self%ahead = model%works_ahead
       self%equilibrium%system%inertia%acts = self%spec%has_inertia()
       if (self%spec%has_inertia()) then
@@ -111,7 +116,7 @@ contains
       call self%change(model, scene%quasi_static%holds_at(model%time))
    end subroutine start
 
-   !> Steps are implicit from here on, or explicit. Particles begin at rest where they get inertia.
+   !> Switch to implicit steps, or back. Particles start at rest when they get inertia.
    subroutine change(self, model, holds)
       class(quasi_static_t), intent(in) :: self
       type(model_t), intent(inout) :: model
@@ -143,8 +148,8 @@ contains
       call particles%changed()
    end subroutine put_at_rest
 
-   !> Collective: the step (s) that is to be taken now: as the last ones let it, and so that times at which
-   !> something begins or ends, or is to be written, are met.
+   !> Collective: the step (s) to be taken now: by the previous ones, and such that times of changes and
+   !> output are met.
    real(wp) function next_step(self, scene, model, share) result(time_step)
       class(quasi_static_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
@@ -167,17 +172,17 @@ contains
       time_step = remaining/max(1_i8, ceiling(min(remaining/time_step - 1.0e-6_wp, 1.0e15_wp), i8))
    end function next_step
 
-   !> Creep of stresses to come is not known.
+   !> Creep of future stresses is unknown.
    subroutine look_ahead(self)
       class(quasi_static_t), intent(inout) :: self
       self%creeps = .false.
    end subroutine look_ahead
 
-   !> Collective: the share of a step in which stress relaxes by no more than is allowed.
+   !> Collective: the share of a step in which stress relaxes by at most the allowed amount.
    real(wp) function creep_share(model, time_step, most) result(share)
       type(model_t), intent(in) :: model
       real(wp), intent(in) :: time_step !< s
-      real(wp), intent(in) :: most      !< change of stress, of all of it
+      real(wp), intent(in) :: most      !< allowed change of stress, relative to the total
       real(wp) :: sizes(2), of_block(2)
       integer :: b, l, try
       share = 1.0_wp
@@ -196,8 +201,7 @@ contains
       end do
    end function creep_share
 
-   !> Collective: one step, of the given length or, where that has no equilibrium, as much shorter as it has
-   !> to be.
+   !> Collective: one step, of the given length or, if that has no equilibrium, of a shorter one.
    subroutine step(self, model, time_step, error)
       class(quasi_static_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
@@ -242,7 +246,7 @@ contains
       call self%choose_next(model, now)
    end subroutine step
 
-   !> Collective: look for the equilibrium at the end of a step.
+   !> Collective: search the equilibrium at the end of a step.
    subroutine attempt(self, model, time_step, done)
       class(quasi_static_t), intent(inout) :: self
       type(model_t), intent(inout), target :: model
@@ -271,7 +275,7 @@ contains
       done = self%equilibrium%outcome == found
    end subroutine attempt
 
-   !> Collective: the particles follow the displacements, and tools stand where they are at the step's end.
+   !> Collective: move the particles by the displacements, and the tools to their positions at the step's end.
    subroutine commit(self, model, time_step, error)
       class(quasi_static_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
@@ -279,7 +283,7 @@ contains
       type(error_t), intent(inout) :: error
       integer :: l
       model%bounds = bounds_t()
-      model%last_step = 0.0_wp ! places and velocities are of one time
+      model%last_step = 0.0_wp ! positions and velocities are at the same time
       call accumulate_contact(self%equilibrium%system%contact, model, time_step, self%spec%has_inertia())
       call accumulate_losses(self%equilibrium%system, self%equilibrium%z)
       if (self%spec%has_inertia()) then
@@ -317,12 +321,12 @@ contains
       call model%timers%leave()
    end subroutine commit
 
-   !> The next step: longer where this one was easy, but not so long that particles move too far. One that was
-   !> cut short to meet a time, or for creep, does not shorten those that follow.
+   !> Choose the next step: longer if this one converged easily, but not so long that particles move too far.
+   !> A step shortened to meet a time, or for creep, does not shorten the following ones.
    subroutine choose_next(self, model, time_step)
       class(quasi_static_t), intent(in) :: self
       type(model_t), intent(inout) :: model
-      real(wp), intent(in) :: time_step !< that was taken, s
+      real(wp), intent(in) :: time_step !< of the last step, s
       real(wp) :: factor, wished
       factor = 1.0_wp
       associate (deflects => self%equilibrium%system%contact%lag > 0.0_wp)
@@ -382,7 +386,7 @@ contains
       call self%equilibrium%linear%elements%dismiss()
    end subroutine release
 
-   !> Collective: end PETSc, if this began it and nobody else has anything of it any more.
+   !> Collective: finalise PETSc, if this integrator initialised it, after all objects have been freed.
    subroutine finish(self)
       class(quasi_static_t), intent(inout) :: self
       call self%equilibrium%linear%krylov%finish()

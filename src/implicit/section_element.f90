@@ -6,12 +6,13 @@ module m_section_element
    private
    public :: section_stiffness, corners
 
-   integer, parameter :: corners(4) = [0, 1, 4, 5] !< of a cell's eight, counted x fastest, those in the plane
+   integer, parameter :: corners(4) = [0, 1, 4, 5] !< those in the plane, of a cell's eight, counted x fastest
 
 contains
 
-   !> Of a square of bilinear shape functions, for all that it stands for, by four points: of the components
-   !> x, y, z of its corners, N/m. Nothing moves along y; around an axis a way along the radius is a strain.
+   !> Stiffness of a square with bilinear shape functions, times its depth, by four points: for the components
+   !> x, y, z of its corners, N/m. There is no motion along y; around an axis a radial displacement is a
+   !> strain.
    pure function section_stiffness(section, lame, shear, cell, radius) result(stiffness)
       type(section_t), intent(in) :: section
       real(wp), intent(in) :: lame, shear !< moduli, Pa

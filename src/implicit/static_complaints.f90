@@ -1,4 +1,4 @@
-!> Why an implicit step has no equilibrium, in a sentence.
+!> Error messages on an implicit step without equilibrium.
 module m_static_complaints
    use m_kinds, only: wp
    use m_constants, only: exit_numerical
@@ -19,10 +19,10 @@ module m_static_complaints
    character(len=*), parameter :: loose_advice = '; hold them by a side of the grid or by friction, or '// &
                                                  'give steps inertia (mode=''newmark'')'
 
-   real(wp), parameter :: no_stiffness = 1.0e-8_wp !< of what the diagonal has
+   real(wp), parameter :: no_stiffness = 1.0e-8_wp !< of the diagonal's stiffness
 contains
 
-   !> Why a step has no equilibrium.
+   !> The reason why a step has no equilibrium.
    pure function reason(outcome) result(text)
       integer, intent(in) :: outcome
       character(len=:), allocatable :: text
@@ -35,14 +35,14 @@ contains
       end select
    end function reason
 
-   !> Collective: why there is no equilibrium with a last step (s), and where.
+   !> Collective: report why there is no equilibrium with a last step (s), and where.
    subroutine complain(equilibrium, model, last, way, farthest, own_way, bodies, error)
       type(equilibrium_t), intent(inout) :: equilibrium
       type(model_t), intent(in) :: model
       real(wp), intent(in) :: last
-      real(wp), intent(in) :: way        !< the longest of all, in what it may be
-      integer, intent(in) :: farthest(3) !< level, block, particle of this rank that goes farthest,
-      real(wp), intent(in) :: own_way    !< and its way
+      real(wp), intent(in) :: way        !< largest displacement of all particles, relative to the allowed one
+      integer, intent(in) :: farthest(3) !< level, block, particle of this rank with the largest displacement,
+      real(wp), intent(in) :: own_way    !< and its displacement
       character(len=*), intent(in) :: bodies(:) !< names
       type(error_t), intent(inout) :: error
       character(len=:), allocatable :: steps, loose, try
@@ -71,8 +71,8 @@ contains
          call fail(error, exit_numerical, 'step '//to_text(model%step + 1)//': '//steps//try)
    end subroutine complain
 
-   !> What stands in the way on this rank, and how much: a particle (level, block, particle; 0: none), or a
-   !> tool that nothing holds. That a law asks for a smaller step is of no particle.
+   !> The cause on this rank, and its severity: a particle (level, block, particle; 0: none), or an
+   !> unconstrained tool. A law's request for a smaller step is not attributed to a particle.
    subroutine find_cause(equilibrium, model, way, farthest, own_way, worst, at, tool)
       type(equilibrium_t), intent(in) :: equilibrium
       type(model_t), intent(in) :: model
@@ -114,8 +114,8 @@ contains
       end associate
    end subroutine find_cause
 
-   !> Collective: along which axes contact alone stands against all bodies together, where there are such: a
-   !> tip on a flat body stands next to nothing against a way across it.
+   !> Collective: the axes along which only contact supports all bodies together, if any: a tip on a flat body
+   !> hardly resists tangential displacements.
    function loose_text(equilibrium) result(text)
       type(equilibrium_t), intent(inout) :: equilibrium
       character(len=:), allocatable :: text
@@ -125,7 +125,7 @@ contains
       if (text /= '') text = '; contact alone constrains the bodies along'//text
    end function loose_text
 
-   !> Collective: their names.
+   !> Collective: names of these axes.
    function loose_axes(system) result(text)
       type(static_system_t), intent(inout) :: system
       character(len=:), allocatable :: text
@@ -152,7 +152,7 @@ contains
       system%contact%list(:system%contact%count)%force = pressing
    end function loose_axes
 
-   !> Of a body that nothing holds.
+   !> Message on an unconstrained body.
    function not_held_text(motion, bodies) result(text)
       type(rigid_motion_t), intent(in) :: motion
       character(len=*), intent(in) :: bodies(:)
@@ -168,7 +168,7 @@ contains
          'another body, or add inertia (mode=''newmark'')'
    end function not_held_text
 
-   !> An axis by its name, or a unit vector.
+   !> Name of an axis, or a unit vector.
    pure function direction(vector) result(text)
       real(wp), intent(in) :: vector(3)
       character(len=:), allocatable :: text
@@ -180,7 +180,7 @@ contains
                                             to_text(vector(3), 3)//')'
    end function direction
 
-   !> Particle of block b nearest to a node of its tile; 0: it has none.
+   !> The particle of block b nearest to a node of its tile; 0 if there is none.
    pure integer function nearest_to(model, l, b, at) result(p)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b, at(3)

@@ -1,5 +1,5 @@
 !> Contact in a quasi-static step: points that a tool or another body may press, their gaps under a trial
-!> displacement, and what pressing does to the nodes (theory.md, eqs static-contact, static-pairs).
+!> displacement, and their forces on the nodes (theory.md, eqs static-contact, static-pairs).
 module m_static_contact
    use m_kinds, only: wp
    use m_node_values, only: v_x, v_z, f_x, f_z
@@ -26,11 +26,12 @@ module m_static_contact
       integer :: count = 0
       type(static_tools_t) :: tools
       type(static_pairs_t) :: pairs         !< far sides of the points between bodies
-      type(body_contact_spec_t), allocatable :: pair_specs(:) !< what holds between these
-      real(wp) :: lag = 0.0_wp !< last change of the deflections below the cells, of the largest
+      type(body_contact_spec_t), allocatable :: pair_specs(:) !< contact between their bodies
+      real(wp) :: lag = 0.0_wp !< last change of the deflections below the cells, relative to the largest
       logical :: is_frictional = .false.             !< some tool or pair has friction
-      logical :: meets_first = .false. !< bodies that did not press are thought to: where they almost touch
-      real(wp) :: share = 1.0_wp !< of forces here, what acts in the mean of a step: theta where there is
+      logical :: meets_first = .false. !< bodies without contact are assumed to be in contact where they
+                                       !< almost touch
+      real(wp) :: share = 1.0_wp !< share of the forces here that acts in the mean of a step: theta with
                                  !< inertia,
       logical :: over_step = .false. !< and they act over the whole step
    contains
@@ -47,19 +48,22 @@ module m_static_contact
       procedure :: add_diagonal
    end type static_contact_t
 
-   real(wp), parameter :: far = 1.0e30_wp       !< m: gap of a point that does not press
-   real(wp), parameter :: touches = 1.0e-6_wp   !< cells: points so near a tool are thought to press at first
-   real(wp), parameter :: sharpest = 1.5_wp !< turning of the normal times the distance, of what is convex
-   real(wp), parameter :: probe = 1.0e-3_wp !< cells: over which the turning of the normal is looked at
+   real(wp), parameter :: far = 1.0e30_wp       !< m: gap of a point that is not pressed
+   real(wp), parameter :: touches = 1.0e-6_wp   !< cells: points so near a tool are initially assumed to be
+                                                !< pressed
+   real(wp), parameter :: sharpest = 1.5_wp !< limit of the rotation of the normal times the distance for
+                                            !< convex shapes
+   real(wp), parameter :: probe = 1.0e-3_wp !< cells: distance over which the rotation of the normal is
+                                            !< evaluated
 
 contains
 
-   !> The points within `reach` of the tools as they stand at the step's end; forces begin as they were.
+   !> Find the points within `reach` of the tools at the step's end; forces start from the last step.
    subroutine find(self, level, materials, candidates, reach, compliance)
       class(static_contact_t), intent(inout) :: self
       type(level_t), intent(inout) :: level
       type(materials_t), intent(in) :: materials
-      type(candidates_t), intent(inout) :: candidates !< of the explicit steps, for what they keep
+      type(candidates_t), intent(inout) :: candidates !< of the explicit steps, for their stored data
       real(wp), intent(in) :: reach      !< m
       real(wp), intent(in) :: compliance !< of a point: gap over cell under a pressure of Young's modulus
       integer, allocatable :: near(:)
@@ -94,7 +98,7 @@ contains
          if (.not. c%gap <= reach) return
          call out_of_tool(c%gap, c%normal)
          call candidates%make_point(level, materials, [b, p, t], edge, thickness, c)
-         c%from = c%from + c%aside ! the gap is that of there
+         c%from = c%from + c%aside ! the gap is that of this position
          c%arm = c%arm - c%aside
          new%natural = self%tools%now(t)%spec%penetration_factor*thickness
          young = young_modulus(materials%slots(materials%of_body(block%particles%body(p)))%law)
@@ -117,7 +121,7 @@ contains
       end associate
       call append(self, new)
    contains
-      !> Of a centre that the tool has come over in the step, the gap and the face as they are from outside.
+      !> For a centre that the tool has passed over in the step, the gap and the face from outside.
       subroutine out_of_tool(gap, normal)
          real(wp), intent(inout) :: gap, normal(3)
          real(wp) :: centre(3)
@@ -132,8 +136,7 @@ contains
          end associate
       end subroutine out_of_tool
 
-      !> Force and gap as the last step has left them: the nodes alone have the gap without what the point
-      !> gives way by.
+      !> Force and gap from the last step: the nodes' gap is without the compliance of the point.
       subroutine begin_where_left()
          real(wp) :: left
          associate (column => level%blocks(b)%particles%column)
@@ -147,7 +150,7 @@ contains
       end subroutine begin_where_left
    end subroutine consider
 
-   !> One point more.
+   !> Append a point.
    subroutine append(self, new)
       class(static_contact_t), intent(inout) :: self
       type(static_point_t), intent(in) :: new
@@ -161,7 +164,7 @@ contains
       self%list(self%count) = new
    end subroutine append
 
-   !> Way of a point by the displacements of the nodes, as the tool sees it, or over the other body, m.
+   !> Displacement of a point by that of the nodes, as seen by the tool, or relative to the other body, m.
    pure function way(self, n, motion) result(u)
       class(static_contact_t), intent(in) :: self
       integer, intent(in) :: n
@@ -184,7 +187,7 @@ contains
       end associate
    end function way
 
-   !> Gaps, normals and slips under the displacements of the nodes, with the tools as they stand.
+   !> Gaps, normals and slips under the displacements of the nodes, with the tools at their trial positions.
    subroutine move(self, motion)
       class(static_contact_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: motion(:, 0:, 0:, 0:, :)
@@ -194,7 +197,7 @@ contains
          associate (it => self%list(n), t => self%list(n)%point%tool)
             u = self%way(n, motion)
             it%place = place_of(it%point) + u
-            if (t == 0) then ! the surface of the other body as it was at the step's beginning
+            if (t == 0) then ! the other body's surface at the step's beginning
                it%normal = it%point%normal
                it%gap = it%point%gap + dot_product(it%normal, u + it%beside)
                it%slip = across(it%normal, it%kept + u + it%beside)
@@ -203,7 +206,7 @@ contains
             call self%tools%gap_and_normal(t, it%point%from + u, it%outward, it%gap, it%normal)
             it%gap = it%gap - it%depth + dot_product(it%normal, it%beside)
             it%centre = it%point%from + u
-            if (self%over_step) then ! what the force does is what the gap changes by (eq. middle-normal)
+            if (self%over_step) then ! the work of the force is by the change of the gap (eq. middle-normal)
                it%centre = it%centre - 0.5_wp*(u - self%tools%material_way(t, it%place))
                call self%tools%gap_and_normal(t, it%centre, it%outward, gap, it%normal)
             end if
@@ -214,7 +217,7 @@ contains
       end do
    end subroutine move
 
-   !> Gaps and slips with the deflections below the cells that have been found for the points' forces.
+   !> Gaps and slips with the deflections below the cells by the points' forces.
    pure subroutine deflect(self)
       class(static_contact_t), intent(inout) :: self
       real(wp) :: change(3)
@@ -233,7 +236,7 @@ contains
       end do
    end subroutine deflect
 
-   !> Largest friction of a point that presses with so much, N.
+   !> Largest friction of a point at a pressing force, N.
    pure real(wp) function limit(self, n, pressing)
       class(static_contact_t), intent(in) :: self
       integer, intent(in) :: n
@@ -242,7 +245,7 @@ contains
               /self%share
    end function limit
 
-   !> By how much a point's forces and its place do not belong together: gaps and slips, m.
+   !> Inconsistency of a point's forces and its position: gaps and slips, m.
    pure real(wp) function misfit(self, n)
       class(static_contact_t), intent(in) :: self
       integer, intent(in) :: n
@@ -259,7 +262,7 @@ contains
       end associate
    end function misfit
 
-   !> How the normals of pressed points turn, by differences about where they are.
+   !> Rotation of the normals of pressed points, by finite differences about their positions.
    subroutine curve(self, cell)
       class(static_contact_t), intent(inout) :: self
       real(wp), intent(in) :: cell !< m
@@ -274,13 +277,13 @@ contains
             most = 1.0_wp/cell
             if (it%depth > 0.0_wp .and. it%node_gap() > -0.5_wp*it%depth) &
                most = max(most, sharpest/(it%node_gap() + it%depth))
-            if (norm2(it%turning) > most) it%turning = 0.0_wp ! at an edge that it has come over
+            if (norm2(it%turning) > most) it%turning = 0.0_wp ! at an edge that it has passed
          end associate
       end do
    end subroutine curve
 
-   !> Add a force on point n to the forces of its block's tile; outside symmetry planes it is folded later.
-   !> What it exerts on another body waits for `pairs%give`.
+   !> Add a force on point n to the forces of its block's tile; parts outside symmetry planes are mirrored
+   !> later. The reaction on another body is stored until `pairs%give`.
    pure subroutine add_force_at(self, n, force, tiles)
       class(static_contact_t), intent(inout) :: self
       integer, intent(in) :: n
@@ -296,7 +299,7 @@ contains
    pure subroutine add_diagonal(self, tiles, power)
       class(static_contact_t), intent(inout) :: self
       real(wp), intent(inout), contiguous :: tiles(:, 0:, 0:, 0:, :)
-      integer, intent(in) :: power !< 1: what resists even motion
+      integer, intent(in) :: power !< 1: resistance to uniform motion
       integer :: n
       do n = 1, self%count
          if (.not. self%list(n)%pressed) cycle
@@ -325,8 +328,8 @@ contains
       end do
    end subroutine scatter
 
-   !> Stiffness of pressed points against ways of what loads push, and what it would be if they held every
-   !> way, N/m.
+   !> Stiffness of pressed points against the displacements of load-driven freedoms, and its value if they
+   !> resisted all directions, N/m.
    pure subroutine stiffness_of_ways(self, sums, most)
       class(static_contact_t), intent(in) :: self
       real(wp), intent(out) :: sums(:), most(:)

@@ -1,6 +1,6 @@
-!> The map of a composite space where nothing is staggered in time, as in quasi-static steps: constrained
-!> nodes take their displacements from the coarser level, and hand forces up to it (theory.md, eqs
-!> constrained, static-levels).
+!> The map of a composite space without staggering in time, as in quasi-static steps: displacements of
+!> constrained nodes are prolonged from the coarser level, and their forces are restricted to it (theory.md,
+!> eqs constrained, static-levels).
 module m_static_edges
    use m_kinds, only: wp
    use m_node_values, only: v_x, v_z, f_x, f_z
@@ -13,7 +13,8 @@ module m_static_edges
 
 contains
 
-   !> Collective: what moves the nodes of the coarser level, in the tiles of its own blocks, to the patches.
+   !> Collective: copy the motion of the coarser level's nodes, from the tiles of its own blocks, to the
+   !> patches.
    subroutine prolong_to(composite, communicator, tiles)
       class(composite_t), intent(inout) :: composite
       type(communicator_t), intent(in) :: communicator
@@ -21,7 +22,7 @@ contains
       integer :: c
       associate (r => composite%rows)
          composite%down(:, :, r(1):min(r(2), patch_last), :, :) = 0.0_wp
-         composite%lag_velocity(:, :, r(1):r(2), :, :) = 0.0_wp ! gradients are ahead of nothing here
+         composite%lag_velocity(:, :, r(1):r(2), :, :) = 0.0_wp ! gradients have no lead here
       end associate
       do c = 1, size(composite%by_index)
          associate (edge => composite%edges(composite%by_index(c)))
@@ -32,7 +33,7 @@ contains
       call composite%exchange%exchange(communicator, composite%down, upwards=.false.)
    end subroutine prolong_to
 
-   !> The constrained nodes of all own blocks of the finer level move as the patches say.
+   !> Set the motion of the constrained nodes of all own blocks of the finer level from the patches.
    pure subroutine set_hanging(composite, tiles)
       class(composite_t), intent(in) :: composite
       real(wp), intent(inout), contiguous :: tiles(:, 0:, 0:, 0:, :)
@@ -44,8 +45,8 @@ contains
       end do
    end subroutine set_hanging
 
-   !> Collective: forces that constrained nodes have been given to the patches; `tiles` of the finer level
-   !> hold sums. `diagonal`: they are a diagonal of the stiffness, which weights enter twice.
+   !> Collective: restrict forces on constrained nodes to the patches; `tiles` of the finer level hold sums.
+   !> `diagonal`: they are a diagonal of the stiffness, which contains weights twice.
    subroutine restrict_to(composite, communicator, tiles, diagonal)
       class(composite_t), intent(inout) :: composite
       type(communicator_t), intent(in) :: communicator
@@ -62,7 +63,7 @@ contains
       call composite%exchange%exchange(communicator, composite%up, upwards=.true.)
    end subroutine restrict_to
 
-   !> The patches to the forces in own tiles of the coarser level, before their sum over blocks.
+   !> Add the patches to the forces in own tiles of the coarser level, before their sum over blocks.
    pure subroutine take_up(composite, tiles)
       class(composite_t), intent(in) :: composite
       real(wp), intent(inout), contiguous :: tiles(:, 0:, 0:, 0:, :)

@@ -21,8 +21,9 @@ module m_static_elements
       type(model_t), pointer :: model => null()
       integer :: row = 0                     !< of the timers
       logical, public :: wanted = .false.
-      integer, allocatable :: place(:)       !< of the nodal unknowns among the values of this rank's nodes
-      real(wp), allocatable :: diagonal(:)   !< of the stiffness, for what is no node's
+      integer, allocatable :: place(:)       !< index of the nodal unknowns among the values of this rank's
+                                             !< nodes
+      real(wp), allocatable :: diagonal(:)   !< of the stiffness, for unknowns that are not nodal
       real(wp), allocatable :: from(:), to(:)
    contains
       procedure :: make
@@ -34,11 +35,11 @@ module m_static_elements
       procedure, private :: add_diagonal
    end type static_elements_t
 
-   real(wp), parameter :: loose = 1.0e-8_wp !< of the largest stiffness: what a node has that no cell holds
+   real(wp), parameter :: loose = 1.0e-8_wp !< of the largest stiffness: given to nodes without filled cells
 
 contains
 
-   !> Collective: for the points that press now, and a diagonal that the system has renewed.
+   !> Collective: build it for the points pressed at present, and the renewed diagonal of the system.
    subroutine make(self, system)
       class(static_elements_t), intent(inout) :: self
       type(static_system_t), intent(inout) :: system
@@ -63,8 +64,8 @@ contains
       end associate
    end subroutine make
 
-   !> Collective: number the nodes that have unknowns: the first of three rows of each, from 1, into f_x of
-   !> all tiles, and which of the three have an unknown into the first three places.
+   !> Collective: number the nodes with unknowns: the first of three rows of each, from 1, in f_x of all
+   !> tiles, and flags of the three components with an unknown in the first three values.
    subroutine number_nodes(self, system, tiles, at)
       class(static_elements_t), intent(inout) :: self
       type(static_system_t), intent(inout) :: system
@@ -75,7 +76,7 @@ contains
          if (allocated(self%place)) deallocate (self%place, self%from, self%to)
          allocate (self%place(unknowns%count), at(4, unknowns%count))
          nodes = 0
-         do n = 1, unknowns%count ! those of a node follow each other
+         do n = 1, unknowns%count ! those of a node are consecutive
             if (n == 1) then
                nodes = 1
             else if (any(unknowns%at(2:, n) /= unknowns%at(2:, n - 1))) then
@@ -100,7 +101,7 @@ contains
       end associate
    end subroutine number_nodes
 
-   !> Rows of a node, from 0; -1 where it has none.
+   !> Rows of a node, from 0; -1 if it has none.
    pure function rows_of(node) result(rows)
       real(wp), intent(in) :: node(:)
       integer :: rows(3), a
@@ -110,7 +111,8 @@ contains
       end do
    end function rows_of
 
-   !> The elements of the cells that particles reach, each from one block, of what fills them at rest.
+   !> Add the elements of the cells that particles reach, each from one block, with the moduli of their
+   !> material at rest.
    subroutine add_cells(self, system, tiles)
       class(static_elements_t), intent(inout) :: self
       type(static_system_t), intent(in) :: system
@@ -148,7 +150,7 @@ contains
       end associate
    end subroutine add_cells
 
-   !> The largest of Poisson's ratios of the materials, by the moduli for uniaxial stress and strain.
+   !> The largest Poisson's ratio of the materials, from the moduli for uniaxial stress and strain.
    real(wp) function poisson_of(model) result(poisson)
       type(model_t), intent(in) :: model
       real(wp) :: ratio
@@ -194,7 +196,7 @@ contains
       end do
    end subroutine unit_elements
 
-   !> Integral of the slope of hat n along a times that of hat m along b.
+   !> Integral of the derivative of hat function n along a times that of m along b.
    pure real(wp) function stress_tangent(n, m, a, b) result(integral)
       integer, intent(in) :: n, m, a, b
       real(wp) :: of_n, of_m
@@ -215,7 +217,7 @@ contains
       end do
    end function stress_tangent
 
-   !> Points that press: their stiffness in the linear problem.
+   !> Add the stiffness of pressed points in the linear problem.
    subroutine add_points(self, system, tiles)
       class(static_elements_t), intent(inout) :: self
       type(static_system_t), intent(in) :: system
@@ -255,7 +257,7 @@ contains
       end do
    end subroutine add_points
 
-   !> Masses; rows that are no unknowns; and nodes so little held that no cell counts as reached.
+   !> Add masses; rows without unknowns; and nodes with so little material that no cell counts as reached.
    subroutine add_diagonal(self, system, tiles)
       class(static_elements_t), intent(inout) :: self
       type(static_system_t), intent(in) :: system
@@ -276,7 +278,7 @@ contains
             end associate
          end do
          if (unknowns%count == 0) return
-         first = first - 3*((self%place(unknowns%count) - 1)/3) ! of this rank's first node
+         first = first - 3*((self%place(unknowns%count) - 1)/3) ! index of this rank's first node
       end associate
       do n = 1, size(is_unknown)
          if (.not. is_unknown(n)) call self%multigrid%add([first + n - 1], reshape([largest], [1, 1]))
@@ -289,8 +291,8 @@ contains
       end function mass_of
    end subroutine add_diagonal
 
-   !> Collective: what stands for the inverse of the stiffness: a cycle, and the diagonal for what is no
-   !> node's.
+   !> Collective: apply the approximate inverse of the stiffness: a cycle, and the diagonal for unknowns that
+   !> are not nodal.
    subroutine apply(self, from, to)
       class(static_elements_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: from(:)
@@ -309,7 +311,7 @@ contains
       to(nodal + 1:) = from(nodal + 1:)/self%diagonal(nodal + 1:)
    end subroutine apply
 
-   !> Collective: free what PETSc holds.
+   !> Collective: free PETSc objects.
    subroutine dismiss(self)
       class(static_elements_t), intent(inout) :: self
       call self%multigrid%dismiss()

@@ -1,5 +1,5 @@
-!> Inertia in implicit steps: the lumped masses of the nodes, and what they begin a step with (theory.md, eqs
-!> newmark, newmark-residual).
+!> Inertia in implicit steps: the lumped masses of the nodes, and their initial velocities in a step
+!> (theory.md, eqs newmark, newmark-residual).
 module m_static_inertia
    use m_kinds, only: wp
    use m_node_values, only: mass_
@@ -9,11 +9,11 @@ module m_static_inertia
    private
    public :: static_inertia_t
 
-   !> With `share` theta, displacements u of a step and velocities v at its beginning: forces on the unknowns
-   !> get `steady` - `stiffness` u.
+   !> With `share` theta, displacements u of a step and velocities v at its beginning: inertia adds the forces
+   !> `steady` - `stiffness` u to the unknowns.
    type :: static_inertia_t
       logical :: acts = .false.
-      real(wp) :: share = 1.0_wp             !< of the step's end in its mean forces and velocities
+      real(wp) :: share = 1.0_wp             !< weight of the step's end in its mean forces and velocities
       real(wp), allocatable :: stiffness(:)  !< (unknowns): mass over (theta dt)^2, N/m
       real(wp), allocatable :: steady(:)     !< (unknowns), N
       real(wp), allocatable :: velocity(:)   !< (unknowns): at the step's beginning, m/s
@@ -24,14 +24,14 @@ module m_static_inertia
 
 contains
 
-   !> The masses, after put_loads at the step's beginning.
+   !> Set the masses, after put_loads at the step's beginning.
    subroutine begin(self, levels, model, time_step, velocity, force)
       class(static_inertia_t), intent(inout) :: self
       type(static_level_t), intent(in) :: levels(:)
       type(model_t), intent(in) :: model
       real(wp), intent(in) :: time_step
       real(wp), intent(in) :: velocity(:) !< of the unknowns at the step's beginning, m/s
-      real(wp), intent(in) :: force(:)    !< on them there, of stress and effects, N
+      real(wp), intent(in) :: force(:)    !< on them at that time, by stress and effects, N
       integer :: l, n
       if (allocated(self%stiffness)) deallocate (self%stiffness)
       allocate (self%stiffness(size(velocity)))

@@ -1,5 +1,5 @@
-!> The unknowns of an equilibrium on all levels, as one space: what hangs on a coarser level is no unknown,
-!> moves with it, and hands its forces up to it (theory.md, eq. static-levels).
+!> The unknowns of an equilibrium on all levels, as one space: nodes constrained by a coarser level are no
+!> unknowns, move with it, and their forces are restricted to it (theory.md, eq. static-levels).
 module m_static_levels
    use m_kinds, only: wp
    use m_node_values, only: mass_, v_x, v_z, f_x
@@ -19,7 +19,7 @@ module m_static_levels
    public :: static_level_t, fit_levels, number_levels, spread, spread_aside, collect, gather_all, &
              find_ghost, longest_way
 
-   !> Unknowns of a level, in a vector of all after those of the coarser levels.
+   !> Unknowns of a level, stored in one vector after those of the coarser levels.
    type :: static_level_t
       type(static_nodes_t) :: unknowns
       integer :: before = 0                          !< unknowns of the coarser levels, on this rank
@@ -27,24 +27,25 @@ module m_static_levels
       type(trial_block_t), allocatable :: trial(:)   !< (own blocks)
       type(ghost_penalty_t) :: ghost
       real(wp), allocatable :: forces(:, :, :, :, :) !< tiles as the level's
-      real(wp), allocatable :: sums(:, :, :, :, :)   !< the same, of cells; where there are means over them
+      real(wp), allocatable :: sums(:, :, :, :, :)   !< likewise for cells; where means over them are taken
    contains
       procedure :: first, last
       procedure :: clear_forces
    end type static_level_t
 
-   real(wp), parameter :: max_move = 0.44_wp !< of a cell of the coarsest level in a step, where there
-                                               !< are finer ones: blocks are made as far ahead
-   real(wp), parameter :: towards_each_other = 0.5_wp !< of that, where bodies may meet: their surfaces see
-                                                      !< each other over a good half of a cell
+   real(wp), parameter :: max_move = 0.44_wp !< limit of displacements, of a cell of the coarsest level in a
+                                             !< step, with
+                                               !< finer levels: blocks are created that far ahead
+   real(wp), parameter :: towards_each_other = 0.5_wp !< of that, where bodies may come into contact: their
+                                                      !< surfaces find each other over a good half of a cell
 
 contains
 
-   !> Room for the particles and tiles of the model; `largest`: particles of a block.
+   !> Allocate data for the particles and tiles of the model; `largest`: particles of a block.
    subroutine fit_levels(levels, model, parts, largest)
       type(static_level_t), allocatable, intent(inout) :: levels(:)
       type(model_t), intent(in) :: model
-      integer, intent(in) :: parts !< in which laws take a step
+      integer, intent(in) :: parts !< number of parts of a step for the laws
       integer, intent(out) :: largest
       integer :: b, l
       if (.not. allocated(levels)) allocate (levels(size(model%levels)))
@@ -72,7 +73,7 @@ contains
       end do
    end subroutine fit_levels
 
-   !> Room for means over cells, where an effect takes such, and the cells of the particles.
+   !> Allocate data for means over cells, if an effect needs them, and the cells of the particles.
    subroutine fit_cells(mine, model, l)
       type(static_level_t), intent(inout) :: mine
       type(model_t), intent(in) :: model
@@ -95,7 +96,7 @@ contains
       end associate
    end subroutine fit_cells
 
-   !> Number the unknowns of this rank: the nodes hold the sums of P2G.
+   !> Number the unknowns of this rank; the nodes hold the sums of P2G.
    integer function number_levels(levels, model) result(count)
       type(static_level_t), intent(inout) :: levels(:)
       type(model_t), intent(in) :: model
@@ -120,13 +121,13 @@ contains
       heaviest = maxval([0.0_wp, level%nodes(mass_, :, :, :, :size(level%blocks))])
    end function heaviest
 
-   !> First unknown of a level in the vector of all.
+   !> Index of the first unknown of a level in the vector of all levels.
    pure integer function first(self)
       class(static_level_t), intent(in) :: self
       first = self%before + 1
    end function first
 
-   !> And the last.
+   !> And of the last one.
    pure integer function last(self)
       class(static_level_t), intent(in) :: self
       last = self%before + self%unknowns%count
@@ -137,8 +138,8 @@ contains
       self%forces(:, :, self%rows(1):self%rows(2), :, :size(self%trial)) = 0.0_wp
    end subroutine clear_forces
 
-   !> Collective: displacements of the unknowns onto all nodes of all levels, held, mirrored and hanging ones
-   !> too.
+   !> Collective: set the displacements of all nodes of all levels from the unknowns, fixed, mirrored and
+   !> constrained ones included.
    subroutine spread(levels, model, z)
       type(static_level_t), intent(in) :: levels(:)
       type(model_t), intent(inout) :: model
@@ -158,8 +159,8 @@ contains
       end do
    end subroutine spread
 
-   !> Collective: the same of other values, into the places of velocities of the levels' `forces`. What the
-   !> nodes held is gone.
+   !> Collective: the same for other values, stored in place of velocities in the levels' `forces`. The old
+   !> values of the nodes are overwritten.
    subroutine spread_aside(levels, model, values)
       type(static_level_t), intent(inout) :: levels(:)
       type(model_t), intent(inout) :: model
@@ -174,8 +175,8 @@ contains
       end do
    end subroutine spread_aside
 
-   !> Collective: forces in all tiles, each what a block gave, to the unknowns. `diagonal`: they are a
-   !> diagonal of the stiffness.
+   !> Collective: collect forces at the unknowns from all tiles with contributions of their blocks.
+   !> `diagonal`: they are a diagonal of the stiffness.
    subroutine collect(levels, model, parity, values, diagonal)
       type(static_level_t), intent(inout) :: levels(:)
       type(model_t), intent(inout) :: model
@@ -195,7 +196,8 @@ contains
       end do
    end subroutine collect
 
-   !> Values of the nodes of all levels to the unknowns; `place`: the first of three of a node.
+   !> Values of the nodes of all levels at the unknowns; `place`: index of the first of three values of a
+   !> node.
    pure subroutine gather_all(levels, model, place, values)
       type(static_level_t), intent(in) :: levels(:)
       type(model_t), intent(in) :: model
@@ -209,7 +211,7 @@ contains
       end do
    end subroutine gather_all
 
-   !> Collective: the faces that the ghost penalty acts on.
+   !> Collective: find the faces of the ghost penalty.
    subroutine find_ghost(levels, model, share, time_step)
       type(static_level_t), intent(inout) :: levels(:)
       type(model_t), intent(inout) :: model
@@ -234,7 +236,7 @@ contains
       end do
    end subroutine find_ghost
 
-   !> How far particles of a level may go in a step, m.
+   !> Allowed displacement of a level's particles in a step, m.
    pure real(wp) function longest_way(model, l) result(way)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l

@@ -14,14 +14,15 @@ module m_static_linear
       type(krylov_t) :: krylov
       type(static_elements_t) :: elements
       type(coarse_grids_t) :: grids
-      logical :: is_fitted = .false.      !< elements or grids are made in this step
+      logical :: is_fitted = .false.      !< elements or grids have been built in this step
       integer :: solves = 0, products = 0 !< of this step
-      integer :: unsolved = 0             !< linear problems of this step that were not
-      logical :: stopped = .false.        !< the system has asked to stop
-      integer :: unsettled = 0            !< iterations of this step whose points did not settle
-      integer(i8) :: cg_solved = 0        !< those of this step that conjugate gradients have solved,
-      integer(i8) :: cg_iterations = 0    !< and what they took for them
-      logical :: gmres_leads = .false.    !< in this step it has solved what conjugate gradients did not
+      integer :: unsolved = 0             !< unsolved linear problems of this step
+      logical :: stopped = .false.        !< the system has requested to stop
+      integer :: unsettled = 0            !< iterations of this step whose contact status did not converge
+      integer(i8) :: cg_solved = 0        !< problems of this step solved by conjugate gradients,
+      integer(i8) :: cg_iterations = 0    !< and their iterations
+      logical :: gmres_leads = .false.    !< in this step GMRES has solved a problem that conjugate gradients
+                                          !< did not
    contains
       procedure :: begin
       procedure :: improve
@@ -29,22 +30,26 @@ module m_static_linear
       procedure, private :: solve_linear
    end type static_linear_t
 
-   integer, parameter, public :: max_unsolved = 3 !< linear problems of a step: then nothing holds the body
-   integer, parameter, public :: max_unsettled = 3 !< iterations of a step: then it is too long
+   integer, parameter, public :: max_unsolved = 3 !< unsolved linear problems of a step, after which the body
+                                                  !< counts as unconstrained
+   integer, parameter, public :: max_unsettled = 3 !< unsettled iterations of a step, after which it counts as
+                                                   !< too long
    integer, parameter :: max_guesses = 20, max_with_friction = 60
-   integer, parameter :: swift = 6 !< guesses: those after them change the bounds of friction less and less
-   integer, parameter :: max_products = 4000 !< in one problem, by conjugate gradients
+   integer, parameter :: swift = 6 !< active-set iterations after which the bounds of friction change less and
+                                   !< less
+   integer, parameter :: max_products = 4000 !< limit for one problem, by conjugate gradients
    integer, parameter :: max_gmres = 600     !< by GMRES
-   integer, parameter :: first_patience = 1000 !< with conjugate gradients in the first problem of a step;
-   integer, parameter :: patience = 5         !< with conjugate gradients: times the mean of the problems that
-                                              !< they have solved,
-   integer, parameter :: min_patience = 300 !< and at least
-   real(wp), parameter :: unheld = 1.0e6_wp !< cells: nothing that holds a body gives way so far
-   real(wp), parameter :: unknown = sqrt(huge(1.0_wp)) !< N: times a length it is a number still
+   integer, parameter :: first_patience = 1000 !< limit for conjugate gradients in the first problem of a
+                                               !< step;
+   integer, parameter :: patience = 5         !< for later ones a multiple of the mean iterations of solved
+                                              !< problems,
+   integer, parameter :: min_patience = 300 !< but at least this
+   real(wp), parameter :: unheld = 1.0e6_wp !< cells: larger displacements mean that the body is unconstrained
+   real(wp), parameter :: unknown = sqrt(huge(1.0_wp)) !< N: finite when multiplied by a length
 
 contains
 
-   !> A step begins: nothing is counted yet.
+   !> Start a step: reset the counters.
    pure subroutine begin(self)
       class(static_linear_t), intent(inout) :: self
       self%solves = 0
@@ -53,15 +58,15 @@ contains
       self%unsettled = 0
       self%stopped = .false.
       self%gmres_leads = .false.
-      self%cg_solved = 0 ! what other steps took would not be known after a restart
+      self%cg_solved = 0 ! counters of other steps would not be known after a restart
       self%cg_iterations = 0
       self%is_fitted = .false.
    end subroutine begin
 
-   !> Collective: the change of the displacements that solves the linear problem with contact: of the convex
-   !> energy of the linearised step, whose points press where their gaps would close, and rub by bounds that
-   !> follow the pressing. Forces of the points become those of the linear problem. `left`: forces that
-   !> nothing balances; of what is left over with the points as they are, `share` may stay, and `least` in any
+   !> Collective: the change of the displacements that solves the linear problem with contact: it minimises
+   !> the convex energy of the linearised step, with points pressed where their gaps would close, and friction
+   !> bounded by their pressing forces. Forces of the points become those of the linear problem. `left`:
+   !> residual forces; of the residual with the points' present forces, `share` may remain, and `least` in any
    !> case.
    subroutine improve(self, system, force, left, share, least, change)
       class(static_linear_t), intent(inout) :: self
@@ -78,7 +83,7 @@ contains
       associate (contact => system%contact)
          change = 0.0_wp
          moved = 0.0_wp ! K change, without the stiffness of points
-         ahead = 0.0_wp ! way of the points over their tools by the change
+         ahead = 0.0_wp ! displacement of the points relative to their tools by the change
          call start_bounds(system, bound)
          aim = max(share*what_is_left(system, force, left, bound), least, tiny(aim))
          do guess = 1, merge(max_with_friction, max_guesses, contact%is_frictional)
@@ -97,7 +102,7 @@ contains
             system%presses = .false.
             call system%multiply(direction, stiff)
             self%products = self%products + 1
-            length = 1.0_wp ! a first contact is closed, or nothing would hold what it is to hold
+            length = 1.0_wp ! close a first contact, as the body is unconstrained without it
             if (.not. contact%meets_first) &
                length = way_to_least(system, force - moved, direction, stiff, ahead, along, bound)
             contact%meets_first = .false.
@@ -115,7 +120,8 @@ contains
       end associate
    end subroutine improve
 
-   !> Bounds of friction at first: of what has not pressed yet nothing is known, and it holds.
+   !> Initial bounds of friction: for points that have not been pressed they are unknown, and the point
+   !> sticks.
    subroutine start_bounds(system, bound)
       type(static_system_t), intent(in) :: system
       real(wp), intent(out) :: bound(:)
@@ -128,8 +134,8 @@ contains
       end do
    end subroutine start_bounds
 
-   !> Collective: size of the forces that are left over with points as their gaps have it, which the linear
-   !> problem is to take away, N.
+   !> Collective: size of the residual forces with points pressed by their gaps, which the linear problem must
+   !> reduce, N.
    real(wp) function what_is_left(system, force, left, bound) result(most)
       type(static_system_t), intent(inout) :: system
       real(wp), intent(in) :: force(:), left(:), bound(:)
@@ -146,7 +152,8 @@ contains
          most = max(most, sqrt(system%dot(left, left)))
    end function what_is_left
 
-   !> Collective: the points of the linear problem about where they are by `ahead`, and its right side.
+   !> Collective: set the points of the linear problem about their positions shifted by `ahead`, and its
+   !> right-hand side.
    subroutine set_points(self, system, ahead, bound, force, right)
       class(static_linear_t), intent(inout) :: self
       type(static_system_t), intent(inout) :: system
@@ -169,7 +176,7 @@ contains
       self%products = self%products + 1
    end subroutine set_points
 
-   !> Collective: ways of the points over their tools by displacements.
+   !> Collective: displacements of the points relative to their tools.
    subroutine move_points(system, z, along)
       type(static_system_t), intent(inout) :: system
       real(wp), intent(in) :: z(:)
@@ -186,7 +193,7 @@ contains
       end do
    end subroutine move_points
 
-   !> Collective: true where those points press whose gaps are closed.
+   !> Collective: true when exactly the points with closed gaps are pressed.
    logical function fits(system, ahead)
       type(static_system_t), intent(in) :: system
       real(wp), intent(in) :: ahead(:, :)
@@ -200,8 +207,8 @@ contains
       fits = system%model%communicator%minimum(merge(1.0_wp, 0.0_wp, fits)) > 0.5_wp
    end function fits
 
-   !> Those points press whose gaps are closed; friction is bounded by what they press, of which the bounds
-   !> take over a share.
+   !> Press the points with closed gaps; friction is bounded by their pressing force, to which the bounds move
+   !> by a share.
    subroutine press_by_gaps(system, ahead, bound, share)
       type(static_system_t), intent(inout) :: system
       real(wp), intent(in) :: ahead(:, :)
@@ -222,7 +229,7 @@ contains
       end do
    end subroutine press_by_gaps
 
-   !> Forces of the points are those of the linear problem.
+   !> Set the forces of the points from the linear problem.
    subroutine take_forces(system, ahead, bound)
       type(static_system_t), intent(inout) :: system
       real(wp), intent(in) :: ahead(:, :), bound(:)
@@ -237,11 +244,11 @@ contains
       end do
    end subroutine take_forces
 
-   !> Collective: K direction = right to `aim`, with pressed points. Conjugate gradients come first. Where
-   !> they meet a direction of negative stiffness or take much longer than before, for K is not quite
-   !> symmetric, GMRES follows, and leads for the rest of the step if it succeeds. Where it does not,
-   !> conjugate gradients that were cut short, or not tried, go on at length: large problems need many.
-   !> Of what nothing solves the direction is that of GMRES, which cannot run away.
+   !> Collective: solve K direction = right to `aim`, with pressed points. Conjugate gradients first. Where
+   !> they find a direction of negative curvature or take much longer than before, as K is not quite
+   !> symmetric, GMRES follows, and is used first for the rest of the step if it succeeds. If it fails,
+   !> conjugate gradients that were cut short, or not tried, continue with a higher limit: large problems need
+   !> many iterations. If nothing solves the problem the direction is that of GMRES, which stays bounded.
    subroutine solve_linear(self, system, right, direction, aim)
       class(static_linear_t), intent(inout) :: self
       type(static_system_t), intent(inout) :: system
@@ -283,9 +290,9 @@ contains
       end if
       if (.not. solved) self%unsolved = self%unsolved + 1
    contains
-      !> Conjugate gradients that meet what nothing holds find a way that goes by the preconditioner, too.
-      !> That by the diagonal counts: it is that of the loads. So it is while no point presses: bodies fall
-      !> until they meet what holds them.
+      !> If a body is unconstrained, the direction found by conjugate gradients depends on the preconditioner.
+      !> The one with the diagonal is used: it follows the loads. This is so as long as no point is pressed:
+      !> bodies fall until they meet a support.
       subroutine try_conjugate_gradients(most)
          integer, intent(in) :: most
          call try(.true., most)
@@ -308,15 +315,16 @@ contains
          end if
          self%products = self%products + products
          self%stopped = self%krylov%stopped
-         if (.not. (symmetric .and. solved) .or. products > patient) return ! at length is no measure
+         if (.not. (symmetric .and. solved) .or. products > patient) return ! a solution after many products
+                                                                            ! is no reference
          self%cg_solved = self%cg_solved + 1
          self%cg_iterations = self%cg_iterations + products
       end subroutine try
    end subroutine solve_linear
 
-   !> Collective: whether what conjugate gradients have come to without a solution is a motion that nothing
-   !> holds, along which the loads push: bodies fall until they meet a tool or each other. It becomes one of a
-   !> cell.
+   !> Collective: true when the direction of conjugate gradients without a solution is a motion of an
+   !> unconstrained body along which the loads push: bodies fall until they meet a tool or each other. It is
+   !> scaled to one cell.
    logical function falls(system, direction)
       type(static_system_t), intent(in) :: system
       real(wp), intent(inout) :: direction(:)
@@ -329,7 +337,7 @@ contains
       if (falls) direction = cell/way*direction
    end function falls
 
-   !> Collective: true when a point presses.
+   !> Collective: true when any point is pressed.
    logical function any_presses(system)
       type(static_system_t), intent(in) :: system
       associate (points => system%contact%list(:system%contact%count))
@@ -337,8 +345,8 @@ contains
       end associate
    end function any_presses
 
-   !> Collective: how far to go along a direction, at most all of it: to where the energy of the linear
-   !> problem, with bounds of friction as they are, is least.
+   !> Collective: length along a direction, at most 1, that minimises the energy of the linear problem with
+   !> fixed bounds of friction.
    real(wp) function way_to_least(system, force, direction, stiff, ahead, along, bound) result(length)
       type(static_system_t), intent(in) :: system
       real(wp), intent(in) :: force(:), direction(:), stiff(:), ahead(:, :), along(:, :), bound(:)

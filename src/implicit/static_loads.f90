@@ -1,6 +1,6 @@
 !> Contact of a quasi-static step with the tools of the model and between its bodies, on the finest level:
-!> where tools go, and what is accumulated when the step has its equilibrium: loads, and the balance of energy
-!> (theory.md, Quasi-static steps, Balance of energy).
+!> positions of tools, and the accumulated loads and energies when the step has its equilibrium (theory.md,
+!> Quasi-static steps, Balance of energy).
 module m_static_loads
    use m_kinds, only: wp, i8
    use m_friction_law, only: has_friction
@@ -20,17 +20,19 @@ module m_static_loads
    private
    public :: find_contact, accumulate_contact, accumulate_losses, any_friction
 
-   integer, parameter :: max_checks = 50        !< for where a tool touches
-   real(wp), parameter :: reach = 1.0_wp        !< cells: no point comes to a tool from further away in a step
+   integer, parameter :: max_checks = 50        !< limit of the search for the position in which a tool
+                                                !< touches
+   real(wp), parameter :: reach = 1.0_wp        !< cells: largest distance from which a point can reach a tool
+                                                !< in a step
    integer, parameter :: voigt(9) = [1, 6, 5, 6, 2, 4, 5, 4, 3] !< column of the stress of component ij
-   real(wp), parameter :: free = 0.02_wp        !< of half a thickness: gap of a point that has come free
-   real(wp), parameter :: touches = 1.0e-7_wp   !< cells: a tool so near touches
+   real(wp), parameter :: free = 0.02_wp        !< of half a thickness: gap of a point that has separated
+   real(wp), parameter :: touches = 1.0e-7_wp   !< cells: a tool so near is in contact
 
 contains
 
-   !> Collective: points that the tools, where given speeds bring them by the end of a step, may press, and
-   !> points at which bodies meet. A tool that a load moves along its axis, and that presses nothing, stands
-   !> where it just touches at first. `again`: the step is tried once more, shorter.
+   !> Collective: find the points that the tools may press at their positions by given speeds at the step's
+   !> end, and points at which bodies meet. A tool driven by a load along its axis, without contact so far,
+   !> first moves to where it just touches. `again`: the step is repeated with a shorter length.
    subroutine find_contact(contact, model, compliance, time_step, again)
       type(static_contact_t), intent(inout) :: contact
       type(model_t), intent(inout) :: model
@@ -45,7 +47,7 @@ contains
          if (presses(model, t)) cycle
          do try = 1, max_checks
             gap = min_gap(contact, model, t)
-            if (gap > 0.5_wp*huge(gap)) exit ! nothing is there
+            if (gap > 0.5_wp*huge(gap)) exit ! nothing within reach
             call contact%tools%shift(t, gap)
             if (abs(gap) <= touches*model%levels(size(model%levels))%grid%cell) exit
          end do
@@ -68,7 +70,7 @@ contains
                            t=1, size(model%contact%tools))]) .or. model%contact%pairs%is_frictional()
    end function any_friction
 
-   !> Collective: true of a tool that pressed something in the last step.
+   !> Collective: true for a tool that pressed anything in the last step.
    logical function presses(model, t)
       type(model_t), intent(in) :: model
       integer, intent(in) :: t
@@ -107,9 +109,9 @@ contains
       least = model%communicator%minimum(least)
    end function min_gap
 
-   !> Collective: loads, works and pressures of the equilibrium, of which the nodes hold the displacements;
-   !> tools go to the step's end. Work is that of the mean of the loads at both ends, of each point on the way
-   !> on which it touches; with inertia loads are means over the step themselves.
+   !> Collective: accumulate loads, work and pressures of the equilibrium, whose displacements are in the
+   !> nodes; move tools to the step's end. Work is that of the mean of the loads at both ends, for each point
+   !> over the displacement with contact; with inertia loads are means over the step themselves.
    subroutine accumulate_contact(contact, model, time_step, over_step)
       type(static_contact_t), intent(in) :: contact
       type(model_t), intent(inout) :: model
@@ -164,8 +166,8 @@ contains
       type(model_t), intent(inout) :: model
       logical, intent(in) :: over_step
       type(reaction_t), intent(inout) :: reactions(:) !< (tools)
-      real(wp), intent(out) :: apart(:) !< (tools): work less that of the mean loads, J
-      real(wp), intent(out) :: taken    !< by points that touch within the step, J
+      real(wp), intent(out) :: apart(:) !< (tools): work minus that of the mean loads, J
+      real(wp), intent(out) :: taken    !< by points that come into contact within the step, J
       real(wp) :: force(3)
       integer :: n
       apart = 0.0_wp
@@ -192,8 +194,8 @@ contains
       call close_ring(reactions, model%levels(1)%grid%section)
    end subroutine gather
 
-   !> Whether the gap of a point that presses no more is carried on: until the particle's shape says too that
-   !> it has come free.
+   !> True when the gap of a point that is no longer pressed is carried: until it has separated by the
+   !> particle's shape too.
    pure logical function is_carried(it)
       type(static_point_t), intent(in) :: it
       associate (drift => it%depth - it%natural)
@@ -202,8 +204,9 @@ contains
       end associate
    end function is_carried
 
-   !> Pressures of the points into the columns of their particles; and gaps: those that are pressed touch,
-   !> whatever they yield, besides what the surface is deflected by below the cells, and no 0 says so.
+   !> Store pressures of the points in the columns of their particles; and gaps: a pressed point has its gap
+   !> closed whatever its compliance, except for the deflection below the cells, and 0 would mean no carried
+   !> gap.
    subroutine keep_pressures(contact, model)
       type(static_contact_t), intent(in) :: contact
       type(model_t), intent(inout) :: model
@@ -249,17 +252,16 @@ contains
       end associate
    end subroutine keep_pressures
 
-   !> Accumulate a point of a tool that has its equilibrium. Its force grows along the way on which it
-   !> touches: a gap that is closed first, or that opens in the end, is no way of the force. With inertia the
-   !> force acts from the step's beginning, and what it does across the gap is lost. Friction makes heat by
-   !> what slips.
+   !> Accumulate a point of a tool in equilibrium. Its force grows over the displacement with contact: the
+   !> closing of an initial gap, or a final opening, does no work. With inertia the force acts from the step's
+   !> beginning, and its work across the gap is lost. Friction heat is by the slip.
    subroutine accumulate_point(contact, n, motion, over_step, sums, apart, taken)
       type(static_contact_t), intent(in) :: contact
       integer, intent(in) :: n
       real(wp), intent(in), contiguous :: motion(:, 0:, 0:, 0:, :) !< displacements of the nodes, m
       logical, intent(in) :: over_step         !< forces are means over the step
       type(reaction_t), intent(inout) :: sums  !< of the tool
-      real(wp), intent(inout) :: apart         !< work less that of the mean of the loads at both ends, J
+      real(wp), intent(inout) :: apart         !< work minus that of the mean of the loads at both ends, J
       real(wp), intent(inout) :: taken         !< J
       real(wp) :: across, before(3), force(3), heat, own, rubs, slip(3)
       associate (it => contact%list(n), share => contact%share)
@@ -293,8 +295,8 @@ contains
       end associate
    end subroutine accumulate_point
 
-   !> Force of a point on its body at the step's beginning (N), and the gap (m) of its nodes that it then has
-   !> to close: what deflects its surface below the cells is stored; 0 where it presses.
+   !> Force of a point on its body at the step's beginning (N), and the gap (m) of its nodes to be closed
+   !> then: the deflection of its surface below the cells is stored; 0 if it is pressed.
    subroutine begin_of(contact, n, force, across)
       type(static_contact_t), intent(in) :: contact
       integer, intent(in) :: n
@@ -319,10 +321,10 @@ contains
       end associate
    end subroutine begin_of
 
-   !> Collective: accumulate what a step with these displacements takes by the ghost penalty and by theta, and
-   !> by how much the balance of energy may be off: the work of effects' loads is that of the mean of both
-   !> ends, as if they grew along the way. What loads do beyond it where material flows is known by its
-   !> stress; with inertia it is no loss by theta. The last trial was of these displacements.
+   !> Collective: accumulate the dissipation of a step with these displacements by the ghost penalty and by
+   !> theta, and the uncertainty of the energy balance: the work of effects' loads is by the mean of both
+   !> ends, as if they grew along the displacement. The work beyond it where material flows is known from its
+   !> stress; with inertia it is no loss by theta. The last trial must have been with these displacements.
    subroutine accumulate_losses(system, z)
       type(static_system_t), intent(inout) :: system
       real(wp), intent(in) :: z(:) !< m
@@ -357,7 +359,7 @@ contains
       end associate
    end subroutine accumulate_losses
 
-   !> What the stress of this rank's particles that may flow does in the step beyond the mean of its ends, J.
+   !> Work of the stress of this rank's particles that may flow in the step, beyond the mean of its ends, J.
    real(wp) function work_in_flow(system) result(work)
       type(static_system_t), intent(in) :: system
       integer :: b, l
@@ -373,8 +375,8 @@ contains
       end do
    end function work_in_flow
 
-   !> Collective: what the ghost penalty's forces of the last step, which are let go, would do in this one, J;
-   !> those of this step take their place.
+   !> Collective: work of the ghost penalty's forces of the last step, which are released, in this one, J;
+   !> they are replaced by those of this step.
    real(wp) function released_by_faces(system) result(released)
       type(static_system_t), intent(inout) :: system
       real(wp), allocatable :: faces(:, :)
@@ -395,7 +397,7 @@ contains
       end associate
    end function released_by_faces
 
-   !> What shares of the stress at the step's beginning and at its end do along its way, of this rank, J.
+   !> Work of shares of the stress at the step's beginning and end along its displacement, on this rank, J.
    real(wp) function work_of_stress(system, before, after) result(work)
       type(static_system_t), intent(in) :: system
       real(wp), intent(in) :: before, after

@@ -1,6 +1,6 @@
-!> Between nodes and particles in implicit steps, with means over cells (theory.md, eq. static-means): one
-!> condition on the volume a cell. Each particle belongs to the cell that it is in when the step begins. Where
-!> no effect takes means, there are none.
+!> Transfer between nodes and particles in implicit steps, with means over cells (theory.md, eq.
+!> static-means): one condition on the volume per cell. Each particle belongs to the cell that contains it at
+!> the step's beginning. Without an effect that needs means there are none.
 module m_static_means
    use m_kinds, only: wp
    use m_migration, only: frame_of
@@ -15,7 +15,7 @@ module m_static_means
 
 contains
 
-   !> Collective: gradients of the displacements that the nodes of a level hold, at its particles.
+   !> Collective: gradients of a level's nodal displacements at its particles.
    subroutine take_trial_gradients(mine, model, l)
       type(static_level_t), intent(inout) :: mine
       type(model_t), intent(inout) :: model
@@ -30,7 +30,7 @@ contains
       call mean_gradients(mine, model, l)
    end subroutine take_trial_gradients
 
-   !> Collective: what acts of the particles' forces, onto the nodes of a level.
+   !> Collective: add the acting forces of particles to the nodes of a level.
    subroutine push_nodes(mine, model, l)
       type(static_level_t), intent(inout) :: mine
       type(model_t), intent(inout) :: model
@@ -53,7 +53,7 @@ contains
       end associate
    end subroutine push_block
 
-   !> Collective: from displacements of a level's nodes to the forces of the tangents on them; without means
+   !> Collective: multiply the tangents by displacements of a level's nodes, to forces on them; without means
    !> block by block, while its particles are in the cache.
    subroutine multiply_tangents(mine, model, l)
       type(static_level_t), intent(inout) :: mine
@@ -74,7 +74,7 @@ contains
       if (.not. by_block) call push_nodes(mine, model, l)
    end subroutine multiply_tangents
 
-   !> Collective: the trace of each particle's gradient becomes the mean of its cell.
+   !> Collective: replace the trace of each particle's gradient by the mean of its cell.
    subroutine mean_gradients(mine, model, l)
       type(static_level_t), intent(inout) :: mine
       type(model_t), intent(inout) :: model
@@ -95,9 +95,8 @@ contains
       end do
    end subroutine mean_gradients
 
-   !> Collective: the transpose of that on the forces that act on nodes: the trace of each, over the
-   !> particle's volume, becomes the mean of its cell. So they do the work of the stress by the
-   !> mean gradients.
+   !> Collective: the transpose of that for the forces on nodes: the trace of each, over the particle's
+   !> volume, is replaced by the mean of its cell. So their work is that of the stress by the mean gradients.
    subroutine mean_forces(mine, model, l)
       type(static_level_t), intent(inout) :: mine
       type(model_t), intent(inout) :: model
@@ -121,8 +120,8 @@ contains
       end do
    end subroutine mean_forces
 
-   !> Collective: how far the pressure of each particle lies below the mean of its cell, for explicit P2G;
-   !> after the step's stress, before particles change their places in memory.
+   !> Collective: pressure of the cell minus that of each particle, for explicit P2G; after the step's stress,
+   !> before particles change their place in memory.
    subroutine mean_pressures(mine, model, l)
       type(static_level_t), intent(inout) :: mine
       type(model_t), intent(inout) :: model
@@ -151,7 +150,7 @@ contains
       of = pressure(column(:count, s), column(:count, s + 1), column(:count, s + 2))
    end function pressures
 
-   !> Collective: the value of each particle becomes the mean of its cell, weighted by volume.
+   !> Collective: replace the value of each particle by the mean of its cell, weighted by volume.
    subroutine average(mine, model, l)
       type(static_level_t), intent(inout) :: mine
       type(model_t), intent(inout) :: model

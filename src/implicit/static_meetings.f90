@@ -1,5 +1,5 @@
-!> Points between bodies of different contact groups in a quasi-static step, found as those of the explicit
-!> step are, and what is booked for them when the step has its equilibrium (theory.md, eq. static-pairs).
+!> Points between bodies of different contact groups in a quasi-static step, found as in the explicit step,
+!> and their accumulated values when the step has its equilibrium (theory.md, eq. static-pairs).
 module m_static_meetings
    use m_kinds, only: wp
    use m_vectors, only: tangents
@@ -21,15 +21,15 @@ module m_static_meetings
 
 contains
 
-   !> Collective among near ranks: add the points at which bodies meet. `again`: the step is tried once more,
-   !> shorter, from the same state.
+   !> Collective among near ranks: add the points at which bodies meet. `again`: the step is repeated with a
+   !> shorter length, from the same state.
    subroutine find_meeting_points(contact, communicator, level, materials, candidates, bodies, time, &
                                   compliance, again)
       type(static_contact_t), intent(inout) :: contact
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level !< with the masses of the nodes
       type(materials_t), intent(in) :: materials
-      type(candidates_t), intent(in) :: candidates !< of explicit steps, for what they know of materials
+      type(candidates_t), intent(in) :: candidates !< of explicit steps, for data of materials
       type(body_pairs_t), intent(inout) :: bodies
       real(wp), intent(in) :: time       !< of the step's end, s
       real(wp), intent(in) :: compliance !< of a point: gap over cell under a pressure of Young's modulus
@@ -59,7 +59,7 @@ contains
             ! both sides of a contact have points, and each bears half
             new%contact_compliance = 2.0_wp*contact%share*compliance*level%grid%cell &
                            /(softer_of(it, meeting%field)*it%area)
-            if (it%subcell > 0.0_wp) then ! of both bodies, each point by half of its area
+            if (it%subcell > 0.0_wp) then ! of both bodies, each point with half of its area
                new%subcell_compliance = 2.0_wp*contact%share*(it%subcell + softest(meeting%field))/it%area
                new%contact_compliance = beside_subcell*new%contact_compliance + new%subcell_compliance
             end if
@@ -77,7 +77,7 @@ contains
       end do
       call guess_first_contact(contact, first, communicator, level, size(bodies%specs))
    contains
-      !> Young's modulus of a point's particle or, where one is softer, of the bodies that it meets, Pa.
+      !> Young's modulus of a point's particle or, if softer, of the bodies that it meets, Pa.
       real(wp) function softer_of(c, field) result(young)
          type(candidate_t), intent(in) :: c
          integer, intent(in) :: field !< velocity field of these
@@ -105,11 +105,11 @@ contains
       end function modulus_of
    end subroutine find_meeting_points
 
-   !> Collective: of a pair that does not press, the points that almost touch are thought to: a body that
-   !> nothing else holds has no equilibrium without.
+   !> Collective: for a pair without contact, assume contact at the points that almost touch: without it, a
+   !> body with no other support has no equilibrium.
    subroutine guess_first_contact(contact, first, communicator, level, pairs)
       type(static_contact_t), intent(inout) :: contact
-      integer, intent(in) :: first, pairs !< point; how many pairs there are
+      integer, intent(in) :: first, pairs !< first point; number of pairs
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: level
       real(wp) :: presses(pairs), found
@@ -139,7 +139,8 @@ contains
       end function pair_at
    end subroutine guess_first_contact
 
-   !> Collective: forces, gaps and slips of the equilibrium to the particles and to the sums of the pairs.
+   !> Collective: transfer forces, gaps and slips of the equilibrium to the particles and to the sums of the
+   !> pairs.
    subroutine accumulate_meetings(contact, communicator, level, materials, bodies, time_step, pressure)
       type(static_contact_t), intent(in) :: contact
       type(communicator_t), intent(in) :: communicator
@@ -162,7 +163,8 @@ contains
                        partner => accumulated%partners(it%point%partner))
                c = it%point
                c%force = contact%share*it%force
-               ! of the surface, whose gap stays shut; that of the nodes does not while it is deflected
+               ! of the surface, whose gap stays closed; that of the nodes does not while the surface is
+               ! deflected
                c%opening = (it%node_gap() + dot_product(it%normal, it%deflection) - it%point%gap &
                             - it%point%deflection)/time_step
                c%gap = it%point%gap + it%point%deflection - dot_product(it%normal, it%deflection)

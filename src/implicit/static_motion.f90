@@ -1,5 +1,4 @@
-!> What becomes of the particles when an implicit step has found its displacements: they follow the nodes
-!> (theory.md, Quasi-static steps).
+!> Update of the particles after an implicit step has found its displacements (theory.md, Quasi-static steps).
 module m_static_motion
    use m_kinds, only: wp
    use m_errors, only: error_t
@@ -19,17 +18,17 @@ module m_static_motion
 
 contains
 
-   !> The particles of a level follow its nodes, which hold the displacements of a step. Without inertia their
-   !> velocities are these over the step; with it they grow by mean accelerations, and the gradients that they
-   !> keep are those of the step's end.
+   !> Move the particles of a level with its nodes, which hold the displacements of a step. Without inertia
+   !> their velocities are these over the step; with it velocities grow by mean accelerations, and the stored
+   !> gradients are those of the step's end.
    subroutine take_along(model, l, time_step, parts, mine, error, share)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, parts
       real(wp), intent(in) :: time_step !< s
-      type(static_level_t), intent(inout) :: mine !< with the gradients of the equilibrium; where there is
-                                                  !< inertia, forces have mean accelerations in v_x to v_z
+      type(static_level_t), intent(inout) :: mine !< with the gradients of the equilibrium; with inertia,
+                                                  !< forces contain mean accelerations in v_x to v_z
       type(error_t), intent(inout) :: error
-      real(wp), intent(in), optional :: share !< of the step's end in mean velocities, where there is inertia
+      real(wp), intent(in), optional :: share !< weight of the step's end in mean velocities, with inertia
       type(motion_t) :: motion
       real(wp), allocatable :: at_end(:, :)
       integer :: b, first, n
@@ -64,8 +63,8 @@ contains
       end associate
    end subroutine take_along
 
-   !> The velocity gradients of the step's end at the particles of a block: of the mean velocities, and
-   !> accelerations over the time that is left.
+   !> The velocity gradients of the step's end at the particles of a block: from the mean velocities, and
+   !> accelerations over the remaining time.
    subroutine take_ends(model, l, b, left, gradient)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -84,7 +83,7 @@ contains
       end associate
    end subroutine take_ends
 
-   !> Stress, volumes and domains of a block, in as many parts as the laws were asked in.
+   !> Update stress, volumes and domains of a block, in the same number of parts as in the trials.
    subroutine stress_in_parts(model, l, b, parts, time_step, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b, parts

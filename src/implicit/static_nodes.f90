@@ -1,5 +1,5 @@
-!> The unknowns of an equilibrium: displacements of the nodes of one level that are free, each on one rank,
-!> and their way into the node tiles and back.
+!> The unknowns of an equilibrium: displacements of the free nodes of one level, each on one rank, and their
+!> transfer to and from node tiles.
 module m_static_nodes
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -21,18 +21,19 @@ module m_static_nodes
       procedure :: gather
    end type static_nodes_t
 
-   real(wp), parameter :: light = 1.0e-6_wp !< of the largest mass: nodes with more are unknowns in any case
+   real(wp), parameter :: light = 1.0e-6_wp !< of the largest mass: nodes with more mass are unknowns in any
+                                            !< case
 
 contains
 
-   !> Number the free components of all nodes that have mass and do not hang on a coarser level: `nodes` of
-   !> the level hold the sums of P2G. Light nodes without a filled cell stay where they are: nothing but
-   !> the ghost penalty would hold them. Not so where the next finer level's edge is near: what its
-   !> constrained nodes hand up is no less than the stress of its particles makes it, however light they are.
+   !> Number the free components of all nodes with mass that are not constrained by a coarser level: `nodes`
+   !> of the level hold the sums of P2G. Light nodes without a filled cell are fixed: only the ghost penalty
+   !> would support them. Not so near the next finer level's edge: the restricted forces of its constrained
+   !> nodes are as large as the stress of its particles makes them, however light they are.
    subroutine number(self, level, filled, heaviest, finer)
       class(static_nodes_t), intent(inout) :: self
       type(level_t), intent(in) :: level
-      logical, intent(in) :: filled(0:, 0:, 0:, :) !< the cells of the ghost penalty
+      logical, intent(in) :: filled(0:, 0:, 0:, :) !< the filled cells of the ghost penalty
       real(wp), intent(in) :: heaviest             !< largest mass of a node of the level, kg
       type(level_t), intent(in), optional :: finer !< the next one
       integer :: pass, b, i, j, k, axis, n, node(3)
@@ -71,7 +72,8 @@ contains
       end do
    end subroutine number
 
-   !> True of a node that the edge of the next finer level may hand forces to: within a cell of that.
+   !> True for a node that may get restricted forces from the edge of the next finer level: within a cell of
+   !> it.
    pure logical function is_beside(node, finer)
       integer, intent(in) :: node(3)
       type(level_t), intent(in), optional :: finer
@@ -90,7 +92,7 @@ contains
       end associate
    end function any_filled
 
-   !> Place in the grid of a node of a block's tile.
+   !> Grid coordinates of a node of a block's tile.
    pure function tile_node(level, b, at) result(node)
       type(level_t), intent(in) :: level
       integer, intent(in) :: b, at(3)
@@ -98,9 +100,9 @@ contains
       node = block_size*level%blocks(b)%place + at - 1
    end function tile_node
 
-   !> True where a block answers for a node of its tile: it is its own or, where the block of that does not
-   !> exist, the block is the lowest of those whose tiles hold it. With an axis: of those that hold the nodes
-   !> next to it along that axis too.
+   !> True when a block owns a node of its tile: it is its own or, if the block that owns it does not exist,
+   !> this is the lowest block whose tile has it. With an axis: of those that have its neighbours along that
+   !> axis too.
    pure logical function is_own_node(level, b, at, axis) result(own)
       type(level_t), intent(in) :: level
       integer, intent(in) :: b, at(3)
@@ -127,8 +129,8 @@ contains
       own = .true.
    end function is_own_node
 
-   !> Values of the unknowns into own tiles, in places first to first + 2 of their nodes; the tiles of other
-   !> blocks get them by the sum over tiles.
+   !> Copy values of the unknowns to own tiles, to components first to first + 2 of their nodes; the tiles of
+   !> other blocks get them by the sum over tiles.
    pure subroutine scatter(self, values, first, tiles)
       class(static_nodes_t), intent(in) :: self
       real(wp), intent(in) :: values(:)
@@ -142,7 +144,7 @@ contains
       end do
    end subroutine scatter
 
-   !> The way back.
+   !> The inverse of scatter.
    pure subroutine gather(self, first, tiles, values)
       class(static_nodes_t), intent(in) :: self
       integer, intent(in) :: first

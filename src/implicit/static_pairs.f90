@@ -1,5 +1,5 @@
 !> The other bodies of the points between contact groups in a quasi-static step: nodes and weights of the far
-!> side, wherever their tiles are; their ways under a trial displacement, and forces on them.
+!> side, wherever their tiles are; their displacements under a trial displacement, and forces on them.
 module m_static_pairs
    use m_kinds, only: wp, i8
    use m_node_values, only: mass_, v_x, v_z, f_x, f_z
@@ -20,8 +20,9 @@ module m_static_pairs
       integer, allocatable :: node(:)          !< (entries): numbers of the nodes
       type(contact_nodes_t), private :: nodes
       type(partner_exchange_t), private :: exchange
-      real(wp), allocatable, private :: motion(:, :) !< (3, nodes): displacements that were looked at last, m
-      real(wp), allocatable, private :: given(:, :)  !< (3, nodes): forces, or what else goes to the nodes
+      real(wp), allocatable, private :: motion(:, :) !< (3, nodes): displacements of the last `look`, m
+      real(wp), allocatable, private :: given(:, :)  !< (3, nodes): forces, or other contributions to the
+                                                     !< nodes
    contains
       procedure :: connect
       procedure :: read_motion
@@ -34,8 +35,8 @@ module m_static_pairs
 
 contains
 
-   !> Collective among near ranks: these partners are the points' far sides in a step. Partners get the masses
-   !> of their nodes, which the level's nodes have.
+   !> Collective among near ranks: set the partners that are the points' far sides in a step. Partners get the
+   !> masses of their nodes, which the level's nodes hold.
    subroutine connect(self, level, partners)
       class(static_pairs_t), intent(inout) :: self
       type(level_t), intent(in) :: level
@@ -77,14 +78,14 @@ contains
       end do
    end subroutine connect
 
-   !> Collective among near ranks: take the displacements of the far sides' nodes from tiles.
+   !> Collective among near ranks: read the displacements of the far sides' nodes from tiles.
    subroutine read_motion(self, tiles)
       class(static_pairs_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: tiles(:, 0:, 0:, 0:, :) !< in v_x to v_z, m
       if (self%active) call self%exchange%read(tiles, as_motion, self%motion)
    end subroutine read_motion
 
-   !> Way of the far side of a point by the displacements that were looked at last, m.
+   !> Displacement of the far side of a point by the last `look`, m.
    pure function way(self, n) result(u)
       class(static_pairs_t), intent(in) :: self
       integer, intent(in) :: n
@@ -105,8 +106,8 @@ contains
       end associate
    end function way
 
-   !> Add to the nodes of the far side of a point what acts on it: a force (N) by their weights, or, with the
-   !> power 2, a part of the stiffness's diagonal (N/m) by the squares of these.
+   !> Add a load on a point's far side to its nodes: a force (N) by their weights, or, with power 2, a part of
+   !> the stiffness's diagonal (N/m) by their squares.
    pure subroutine push(self, n, value, power)
       class(static_pairs_t), intent(inout) :: self
       integer, intent(in) :: n
@@ -127,7 +128,7 @@ contains
       end associate
    end subroutine push
 
-   !> Collective among near ranks: what was pushed goes to tiles, each node's to one.
+   !> Collective among near ranks: add the accumulated loads to tiles, each node's to one.
    subroutine give(self, tiles)
       class(static_pairs_t), intent(inout) :: self
       real(wp), intent(inout), contiguous :: tiles(:, 0:, 0:, 0:, :) !< in f_x to f_z

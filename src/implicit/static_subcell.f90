@@ -1,6 +1,6 @@
 !> The compliance of the half-space below a cell in a quasi-static step (theory.md, eq. static-subcell): the
-!> same term as in explicit steps, by the same rows. A point's own share is part of what it gives way by; what
-!> its neighbours do to it is that of the last iteration's forces.
+!> same term as in explicit steps, with the same rows. A point's own share is part of its compliance; the
+!> effect of its neighbours is that of the last iteration's forces.
 module m_static_subcell
    use m_kinds, only: wp
    use m_vectors, only: tangents
@@ -16,12 +16,12 @@ module m_static_subcell
    private
    public :: renew_deflections
 
-   real(wp), parameter :: hair = 1.0e-5_wp !< cells: smaller deflections need not be known so well
+   real(wp), parameter :: hair = 1.0e-5_wp !< cells: accuracy needed for deflections
 
 contains
 
-   !> Collective among near ranks: how far the surface of each point is deflected by the forces of all of
-   !> them, and its gap and slip by that.
+   !> Collective among near ranks: deflection of the surface at each point by the forces of all, and the
+   !> resulting gap and slip.
    subroutine renew_deflections(contact, model)
       type(static_contact_t), intent(inout) :: contact
       type(model_t), intent(inout) :: model
@@ -69,8 +69,8 @@ contains
                     /max(deepest, hair*model%levels(size(model%levels))%grid%cell)
    end subroutine renew_deflections
 
-   !> The largest deflection of a point by its own pressure, m: next to nothing before anything presses, 0
-   !> where nothing below gives way.
+   !> The largest deflection of a point by its own pressure, m: tiny before anything is pressed, 0 if nothing
+   !> below is compliant.
    pure real(wp) function deepest_of(contact) result(deepest)
       type(static_contact_t), intent(in) :: contact
       integer :: n
@@ -83,12 +83,12 @@ contains
       end do
    end function deepest_of
 
-   !> The points that press, or that the surface below the cells may let press.
+   !> The points that are pressed, or may be, given the compliance below the cells.
    subroutine choose_points(contact, deepest, points, number)
       type(static_contact_t), intent(in) :: contact
       real(wp), intent(in) :: deepest !< m
       type(candidates_t), intent(inout) :: points
-      integer, intent(out) :: number(:) !< of each that is chosen, in the list of all
+      integer, intent(out) :: number(:) !< index of each chosen point in the list of all
       integer :: n
       allocate (points%list(contact%count))
       if (allocated(contact%pairs%partners)) points%partners = contact%pairs%partners
@@ -100,7 +100,7 @@ contains
             number(points%count) = n
             associate (c => points%list(points%count))
                c = it%point
-               c%tool = 0 ! its own motion is no matter here
+               c%tool = 0 ! its tool's own motion does not matter here
                c%frictional = 0
                if (.not. c%has_friction) cycle
                points%frictional = points%frictional + 1

@@ -1,6 +1,5 @@
-!> The forces of a quasi-static step under a trial displacement, and the stiffness that belongs to them, on
-!> the P2G, G2P and sums over blocks and ranks of the explicit step (theory.md, eqs static-residual,
-!> static-tangent).
+!> The forces of a quasi-static step under a trial displacement, and the consistent stiffness, by P2G, G2P and
+!> sums over blocks and ranks of the explicit step (theory.md, eqs static-residual, static-tangent).
 module m_static_system
    use mpi_f08
    use m_kinds, only: wp
@@ -24,30 +23,31 @@ module m_static_system
    private
    public :: static_system_t
 
-   !> The levels' `nodes` hold the displacements that were set last, in the places of velocities. Tools press
-   !> nodes of the finest level.
+   !> The levels' `nodes` hold the last displacements, in place of velocities. Tools act on nodes of the
+   !> finest level.
    type, extends(krylov_operator_t) :: static_system_t
       type(model_t), pointer :: model => null()
       type(static_level_t), allocatable :: levels(:)
       type(static_contact_t) :: contact
       type(static_inertia_t) :: inertia
       real(wp), allocatable :: load(:)               !< (unknowns): of effects at the step's end, N
-      real(wp), allocatable :: load_before(:)        !< the same of its beginning, that were in balance
+      real(wp), allocatable :: load_before(:)        !< likewise at its beginning, in equilibrium
       real(wp), allocatable :: diagonal(:)           !< (unknowns): of the stiffness, N/m
       real(wp), allocatable :: bare(:)               !< the same without pressed points
-      real(wp), allocatable :: guess(:)              !< (unknowns): where Newton's method begins, m
-      logical :: is_time_dependent = .false.                   !< that is as in the last step, not at rest
+      real(wp), allocatable :: guess(:)              !< (unknowns): start of Newton's method, m
+      logical :: is_time_dependent = .false.                   !< the guess continues the last step instead of
+                                                               !< rest
       integer :: nodal = 0 !< unknowns of nodes, on this rank
-      integer :: extra = 0 !< unknowns besides those of nodes: ways of what loads push, on the first rank
+      integer :: extra = 0 !< further unknowns: displacements of load-driven freedoms, on the first rank
       real(wp), allocatable :: work(:, :)            !< (particles of the largest block, 27)
       real(wp) :: time_step = 0.0_wp                 !< s
       integer :: parts = 1                           !< as of trial_block_t
-      real(wp) :: ramp = 0.0_wp                      !< over which loads come on from time 0, s
-      real(wp) :: scale = 0.0_wp !< size of the forces that are in balance, N
-      logical :: presses = .false.                   !< products take pressed points along
+      real(wp) :: ramp = 0.0_wp                      !< ramp time of loads from time 0, s
+      real(wp) :: scale = 0.0_wp !< size of the forces in equilibrium, N
+      logical :: presses = .false.                   !< products include pressed points
       type(called_off_t) :: called_off
-      integer :: asked = 0                           !< by what has called it off
-      type(rigid_motion_t) :: unheld                 !< of this step
+      integer :: asked = 0                           !< the request that has called it off
+      type(rigid_motion_t) :: unheld                 !< unconstrained motion in this step
       integer :: product_row = 0, residual_row = 0   !< of the timers
    contains
       procedure :: begin
@@ -69,15 +69,16 @@ module m_static_system
       procedure :: clear_forces
    end type static_system_t
 
-   real(wp), parameter :: no_force = 1.0e-6_wp !< of a modulus on the face of a cell: less is no load
-   real(wp), parameter :: loose = 1.0e-10_wp !< of a stiffness: less is none
-   real(wp), parameter :: no_hold = 1.0e-12_wp !< of what the diagonal has: a way that nothing holds
-   real(wp), parameter :: even(8, 3) = 1.0_wp !< what a mirror image does to a diagonal
+   real(wp), parameter :: no_force = 1.0e-6_wp !< relative to a modulus on the face of a cell: smaller loads
+                                               !< count as zero
+   real(wp), parameter :: loose = 1.0e-10_wp !< relative to a stiffness: smaller ones count as zero
+   real(wp), parameter :: no_hold = 1.0e-12_wp !< of the diagonal's stiffness: a direction without support
+   real(wp), parameter :: even(8, 3) = 1.0_wp !< parity of a diagonal under reflection
 
 contains
 
-   !> Collective: the unknowns and what stays as it is in a step: loads of its end, ghost penalty. Contact is
-   !> found by the caller.
+   !> Collective: set up the unknowns and the constant data of a step: loads at its end, ghost penalty.
+   !> Contact is found by the caller.
    subroutine begin(self, model, time, time_step, stabilisation)
       class(static_system_t), intent(inout) :: self
       type(model_t), intent(inout), target :: model
@@ -114,19 +115,19 @@ contains
          call self%hold_loads(time + time_step, number=.true., stress=.false.)
          self%load_before = self%load
       end if
-      if (model%step == 0) self%load_before = 0.0_wp ! all comes at once
+      if (model%step == 0) self%load_before = 0.0_wp ! the full load is applied at once
       associate (tools => self%contact%tools)
          if (self%extra > 0) self%load(self%nodal + 1:) = &
             merge(0.0_wp, tools%load, tools%away(tools%tool))
       end associate
    end subroutine begin
 
-   !> Collective: forces of effects at a time on the nodes.
+   !> Collective: forces of effects on the nodes at a time.
    subroutine hold_loads(self, time, number, stress)
       class(static_system_t), intent(inout) :: self
       real(wp), intent(in) :: time
-      logical, intent(in) :: number !< number the unknowns, and keep the loads
-      logical, intent(in) :: stress !< with those of the particles' stress
+      logical, intent(in) :: number !< number the unknowns, and store the loads
+      logical, intent(in) :: stress !< include those of the particles' stress
       real(wp), allocatable :: more(:)
       integer :: l
       if (.not. allocated(self%load)) allocate (self%load(0))
@@ -161,7 +162,7 @@ contains
          do l = 1, size(model%effect_step)
             call model%effect_step(l)%scale_nodal_force(max(0.0_wp, time/self%ramp))
          end do
-         self%load = max(0.0_wp, time/self%ramp)*self%load ! of tools: m_static_tools knows of the ramp
+         self%load = max(0.0_wp, time/self%ramp)*self%load ! for tools m_static_tools applies the ramp
       end associate
    contains
       subroutine fit(values)
@@ -171,7 +172,8 @@ contains
       end subroutine fit
    end subroutine hold_loads
 
-   !> Collective: displacements of the unknowns onto all nodes, held, mirrored and hanging ones too.
+   !> Collective: set the displacements of all nodes from the unknowns, fixed, mirrored and constrained ones
+   !> included.
    subroutine set_motion(self, z)
       class(static_system_t), intent(inout) :: self
       real(wp), intent(in) :: z(:) !< m
@@ -226,7 +228,7 @@ contains
       end associate
    end subroutine evaluate
 
-   !> Collective: tangents and diagonal about the displacements that were evaluated last.
+   !> Collective: tangents and diagonal at the last evaluated displacements.
    subroutine linearise(self)
       class(static_system_t), intent(inout) :: self
       integer :: b, l
@@ -253,7 +255,7 @@ contains
       if (self%inertia%acts) self%bare = self%bare + self%inertia%stiffness
    end subroutine linearise
 
-   !> Collective: the diagonal with the points that are pressed now.
+   !> Collective: the diagonal with the points pressed at present.
    subroutine renew_diagonal(self)
       class(static_system_t), intent(inout) :: self
       real(wp), dimension(self%contact%tools%count) :: sums, most
@@ -266,7 +268,7 @@ contains
       call self%give_ways(sums, self%diagonal)
       self%diagonal = self%diagonal + self%bare
       most = self%total(most)
-      do k = 1, self%extra ! what nothing holds but round-off stays where it is
+      do k = 1, self%extra ! components supported only by round-off are fixed
          associate (own => self%diagonal(self%nodal + k))
             if (own <= loose*most(k)) own = most(k)
          end associate
@@ -280,7 +282,7 @@ contains
       size_of = self%nodal + self%extra
    end function size_of
 
-   !> Collective: of values of the unknowns, those of what loads push.
+   !> Collective: the values of load-driven freedoms among those of the unknowns.
    function ways_of(self, values) result(ways)
       class(static_system_t), intent(in) :: self
       real(wp), intent(in) :: values(:)
@@ -291,7 +293,7 @@ contains
       call MPI_Bcast(ways, size(ways), MPI_DOUBLE_PRECISION, 0, self%model%communicator%comm)
    end function ways_of
 
-   !> Collective: sums of all ranks into the places of what loads push.
+   !> Collective: store sums over all ranks at the load-driven freedoms.
    subroutine give_ways(self, sums, values)
       class(static_system_t), intent(in) :: self
       real(wp), intent(in) :: sums(:)
@@ -312,7 +314,7 @@ contains
                                              MPI_SUM, self%model%communicator%comm)
    end function total
 
-   !> Collective: to = K from, with the stiffness of pressed points where `presses`; the nodes hold `from`
+   !> Collective: to = K from, with the stiffness of pressed points if `presses`; the nodes hold `from`
    !> afterwards.
    subroutine multiply(self, from, to)
       class(static_system_t), intent(inout) :: self
@@ -335,7 +337,7 @@ contains
       if (self%inertia%acts) to = to + self%inertia%stiffness*from
    end subroutine multiply
 
-   !> Collective: add the points' part of a product to the forces, and to what pushes the ways of tools.
+   !> Collective: add the points' part of a product to the forces, and to the generalised loads of tools.
    subroutine resist(self, from, sums)
       class(static_system_t), intent(inout) :: self
       real(wp), intent(in) :: from(:)
@@ -365,7 +367,7 @@ contains
       call self%contact%pairs%give(self%levels(size(self%levels))%forces)
    end subroutine resist
 
-   !> Collective: what forces of the points do to the unknowns, N.
+   !> Collective: forces of the points on the unknowns, N.
    subroutine contact_forces(self, pressing, friction_force, force)
       class(static_system_t), intent(inout) :: self
       real(wp), intent(in) :: pressing(:) !< (points): along their normals, N
@@ -388,8 +390,8 @@ contains
       call self%give_ways(sums, force)
    end subroutine contact_forces
 
-   !> Collective: whether a linear solve is to be given up: the run ends, or what is left over pushes a body
-   !> along a way that nothing holds. The nodes hold `from`.
+   !> Collective: whether to stop a linear solve: the run ends, or the residual pushes a body along an
+   !> unconstrained direction. The nodes hold `from`.
    logical function is_to_stop(self, from, to, diagonal, descent)
       class(static_system_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: from(:), to(:), diagonal(:)
@@ -402,7 +404,7 @@ contains
       if (is_to_stop) is_to_stop = .not. may_hold(self%contact, self%model, self%unheld%way)
    end function is_to_stop
 
-   !> Collective: whether the run is to end.
+   !> Collective: true when the run must end.
    logical function is_called_off(self)
       class(static_system_t), intent(inout) :: self
       self%asked = nint(self%model%communicator%maximum(real(self%called_off%asks(), wp)))

@@ -1,5 +1,5 @@
-!> What a quasi-static step does to node tiles as a whole: masses, motion and forces of effects on them, sums
-!> over blocks and ranks, and the gradients that particles read off them.
+!> Operations of a quasi-static step on whole node tiles: masses, motion and forces of effects, sums over
+!> blocks and ranks, and gradients at particles.
 module m_static_tiles
    use m_kinds, only: wp
    use m_timers
@@ -20,8 +20,8 @@ module m_static_tiles
 
 contains
 
-   !> Collective: masses and momenta of the nodes, and the forces on them of effects at a time, and of stress
-   !> where wanted; the finest level first, for each hands what hanging nodes were given up to the next.
+   !> Collective: masses and momenta of the nodes, and forces on them by effects at a time, and by stress if
+   !> wanted; the finest level first, as each restricts the values of constrained nodes to the next.
    subroutine put_loads(model, time, stress)
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: time !< s
@@ -50,7 +50,7 @@ contains
       end do
    end subroutine put_loads
 
-   !> The forces of effects that act on nodes as accelerations, in the places of these; nodes have masses.
+   !> Accelerations of nodes by effects, in their components; nodes have masses.
    subroutine put_accelerations(model, time)
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: time !< s
@@ -69,7 +69,7 @@ contains
       end do
    end subroutine put_accelerations
 
-   !> What displacements there are in a step if nodes go on as the particles do; after put_loads.
+   !> Displacements in a step if nodes continue with the particles' velocities; after put_loads.
    pure subroutine read_motion(unknowns, level, time_step, z)
       type(static_nodes_t), intent(in) :: unknowns
       type(level_t), intent(in) :: level
@@ -84,7 +84,7 @@ contains
       end do
    end subroutine read_motion
 
-   !> What stands outside symmetry planes goes to its mirror nodes, in all own tiles.
+   !> Add values outside symmetry planes to their mirror nodes, in all own tiles.
    subroutine fold_all(level, parity, tiles)
       type(level_t), intent(in) :: level
       real(wp), intent(in) :: parity(:, :)
@@ -113,12 +113,12 @@ contains
       end associate
    end subroutine sum_up
 
-   !> Gradients of the displacements of the nodes at the particles of a block, which stay where they are.
+   !> Gradients of the nodal displacements at the particles of a block, which do not move.
    pure subroutine take_gradients(level, b, gradient, longest)
       type(level_t), intent(inout) :: level
       integer, intent(in) :: b
       real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9)
-      type(fastest_t), intent(inout), optional :: longest   !< component of a particle's way, m
+      type(fastest_t), intent(inout), optional :: longest   !< displacement component of a particle, m
       associate (block => level%blocks(b))
          call g2p(block%cells, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), &
                   motion_t(0.0_wp, 1.0_wp, level%layout%position), block%particles%column, gradient, longest)

@@ -1,5 +1,5 @@
-!> Tools in a quasi-static step: where they are at its end, by given speeds and by ways of what loads push.
-!> These ways are unknowns of the step's equilibrium (theory.md, eq. static-tools).
+!> Tools in a quasi-static step: their positions at its end, by given speeds and by displacements of
+!> load-driven freedoms, which are unknowns of the step's equilibrium (theory.md, eq. static-tools).
 module m_static_tools
    use m_kinds, only: wp
    use m_vectors, only: cross
@@ -9,16 +9,16 @@ module m_static_tools
    private
    public :: static_tools_t
 
-   !> Freedom k of all that loads push is freedom(k) of tool(k). All ranks have the same.
+   !> Freedom k of the load-driven ones is freedom(k) of tool(k). The same on all ranks.
    type :: static_tools_t
-      type(tool_t), allocatable :: before(:) !< as they stand at the step's beginning
-      type(tool_t), allocatable :: now(:)    !< and at its end, by the ways that were set last
-      integer :: count = 0                   !< of freedoms that loads push
+      type(tool_t), allocatable :: before(:) !< at the step's beginning
+      type(tool_t), allocatable :: now(:)    !< at its end, by the last displacements
+      integer :: count = 0                   !< number of load-driven freedoms
       integer, allocatable :: tool(:), freedom(:)
       real(wp), allocatable :: load(:)       !< at the step's end, over the reach; N
-      real(wp), allocatable :: reach(:)      !< 1, or of a turn: the tool's largest lever, m
-      real(wp), allocatable :: way(:)        !< of the surface there, m
-      logical, allocatable :: away(:)        !< (tools): drawn off by the load along its axis; presses nothing
+      real(wp), allocatable :: reach(:)      !< 1, or for a rotation: the tool's largest lever, m
+      real(wp), allocatable :: way(:)        !< displacement of the surface at that distance, m
+      logical, allocatable :: away(:)        !< (tools): retracted by the load along its axis; without contact
       real(wp) :: time = 0.0_wp, time_step = 0.0_wp !< of the beginning; s
    contains
       procedure :: begin
@@ -37,12 +37,12 @@ module m_static_tools
       procedure :: name_of
    end type static_tools_t
 
-   real(wp), parameter :: widest_drift = 0.5_wp !< of half a thickness, as of explicit steps
-   integer, parameter :: max_attempts = 4 !< ways by which a place inside a tool is looked for outside
+   real(wp), parameter :: widest_drift = 0.5_wp !< of half a thickness, as in explicit steps
+   integer, parameter :: max_attempts = 4 !< displacements tried to find a point outside for one inside a tool
 
 contains
 
-   !> A step begins; loads come on until `ramp` (s).
+   !> Start a step; loads are ramped up until `ramp` (s).
    subroutine begin(self, tools, time, time_step, ramp)
       class(static_tools_t), intent(inout) :: self
       type(tool_t), intent(in) :: tools(:)
@@ -72,7 +72,7 @@ contains
       call self%place(self%way)
    end subroutine begin
 
-   !> Have the tools where ways of what loads push bring them.
+   !> Move the tools by displacements of the load-driven freedoms.
    subroutine place(self, way)
       class(static_tools_t), intent(inout) :: self
       real(wp), intent(in) :: way(:)
@@ -88,7 +88,7 @@ contains
       end do
    end subroutine place
 
-   !> A tool stands elsewhere along its axis from the step's beginning on.
+   !> Shift a tool along its axis, from the step's beginning on.
    subroutine shift(self, t, way)
       class(static_tools_t), intent(inout) :: self
       integer, intent(in) :: t
@@ -98,9 +98,9 @@ contains
       call self%place(self%way)
    end subroutine shift
 
-   !> The gap (m) of a place at the step's end, and the outward unit normal. Inside a tool the nearest face is
-   !> another one on either side of a ridge, and its normal says nothing of where the place has come from: the
-   !> gap is that of the place drawn out along `outward`, less the way.
+   !> The gap (m) of a point at the step's end, and the outward unit normal. Inside a tool the nearest face
+   !> changes from one side of a ridge to the other, and its normal does not tell where the point came from:
+   !> the gap is that of the point moved out along `outward`, minus that displacement.
    pure subroutine gap_and_normal(self, t, place, outward, gap, normal)
       class(static_tools_t), intent(in) :: self
       integer, intent(in) :: t
@@ -121,8 +121,8 @@ contains
       end do
    end subroutine gap_and_normal
 
-   !> How far a particle's face is below its centre, m: as its shape has it or, where the tool has pressed it,
-   !> as the nodes left it after the last step, with this gap (theory.md, eq. carried-gap).
+   !> Depth of a particle's face below its centre, m: by its shape or, if the tool has pressed it, as left by
+   !> the nodes after the last step, with this gap (theory.md, eq. carried-gap).
    pure real(wp) function depth_of(self, t, centre, natural, left) result(depth)
       class(static_tools_t), intent(in) :: self
       integer, intent(in) :: t
@@ -135,7 +135,7 @@ contains
       depth = natural + max(-widest_drift*natural, min(widest_drift*natural, gap - left - natural))
    end function depth_of
 
-   !> Which way a place (m) is outside a tool that may have come over it in the step.
+   !> The direction in which a point (m) is outside a tool that may have passed over it in the step.
    pure function outward_at(self, t, place) result(outward)
       class(static_tools_t), intent(in) :: self
       integer, intent(in) :: t
@@ -145,7 +145,7 @@ contains
       if (gap < 0.0_wp) call self%before(t)%gap_and_normal(place, gap, outward)
    end function outward_at
 
-   !> How the normal turns as a place moves, by differences over a span (m), 1/m.
+   !> Rotation of the normal as a point moves, by finite differences over a span (m), 1/m.
    pure function turning_at(self, t, place, outward, span) result(turning)
       class(static_tools_t), intent(in) :: self
       integer, intent(in) :: t
@@ -162,14 +162,14 @@ contains
       turning = 0.5_wp*(turning + transpose(turning))
    end function turning_at
 
-   !> True when its load moves a tool along its axis.
+   !> True when a load drives a tool along its axis.
    pure logical function is_driven(self, t)
       class(static_tools_t), intent(in) :: self
       integer, intent(in) :: t
       is_driven = self%before(t)%freedoms(1)%is_pushed()
    end function is_driven
 
-   !> Way in the step of what of a tool is at a place at the end, m.
+   !> Displacement in the step of the tool's material point at a position at the end, m.
    pure function material_way(self, t, at) result(way)
       class(static_tools_t), intent(in) :: self
       integer, intent(in) :: t
@@ -190,7 +190,7 @@ contains
       name = trim(self%before(self%tool(k))%spec%name)
    end function name_of
 
-   !> What the ways would be if all went on as in the last step, m.
+   !> The displacements if all continues as in the last step, m.
    pure function ways_before(self) result(ways)
       class(static_tools_t), intent(in) :: self
       real(wp) :: ways(self%count)
@@ -201,7 +201,8 @@ contains
       end do
    end function ways_before
 
-   !> What of a tool is at a place moves by this when what loads push goes small ways, m.
+   !> Displacement of the tool's material point at a position by small displacements of the load-driven
+   !> freedoms.
    pure function way_at(self, t, at, way) result(moved)
       class(static_tools_t), intent(in) :: self
       integer, intent(in) :: t
@@ -215,7 +216,8 @@ contains
       end do
    end function way_at
 
-   !> The same by slides alone: a turn does not move the surface of what is round about its axis.
+   !> The same by translations alone: a rotation does not move the surface of a body of revolution about its
+   !> axis.
    pure function slides_at(self, t, way) result(moved)
       class(static_tools_t), intent(in) :: self
       integer, intent(in) :: t
@@ -230,7 +232,7 @@ contains
       end do
    end function slides_at
 
-   !> Add what a force (N) at a place of a tool pushes its freedoms; `slides_only`: those.
+   !> Add the generalised loads of a force (N) at a point of a tool; `slides_only`: on translations only.
    pure subroutine push(self, t, at, force, sums, slides_only)
       class(static_tools_t), intent(in) :: self
       integer, intent(in) :: t

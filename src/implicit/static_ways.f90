@@ -1,5 +1,5 @@
-!> How particles move by the displacements that the nodes of all levels hold: how far, how steeply, and
-!> whether a body moves as one.
+!> Motion of particles by the nodal displacements of all levels: largest displacement and gradient, and rigid
+!> motion of bodies.
 module m_static_ways
    use m_kinds, only: wp
    use m_node_values, only: v_x, v_z
@@ -12,17 +12,18 @@ module m_static_ways
    private
    public :: steepest, farthest, motion_of_body, may_hold
 
-   !> A body that moves without strain. All ranks have the same.
+   !> A body that moves without strain. The same on all ranks.
    type, public :: rigid_motion_t
-      integer :: body = 0             !< 0: there is none
+      integer :: body = 0             !< 0: none
       real(wp) :: way = 0.0_wp        !< largest component, m
-      real(wp) :: along(3) = 0.0_wp   !< of what goes farthest, a unit vector
-      real(wp) :: about(3) = 0.0_wp   !< axis by which it turns, a unit vector; 0: it does not
+      real(wp) :: along(3) = 0.0_wp   !< of the point with the largest displacement, a unit vector
+      real(wp) :: about(3) = 0.0_wp   !< axis of rotation, a unit vector; 0: no rotation
    end type rigid_motion_t
 
-   real(wp), parameter :: stiff = 1.0e-4_wp !< strain times cell over way: less is none
-   real(wp), parameter :: against = 1.0e-6_wp !< of the largest displacement: less is not against a point
-   real(wp), parameter :: even = 1.0e-3_wp  !< the same of a turn
+   real(wp), parameter :: stiff = 1.0e-4_wp !< strain times cell over displacement: smaller counts as rigid
+   real(wp), parameter :: against = 1.0e-6_wp !< of the largest displacement: smaller does not count as
+                                              !< towards a point
+   real(wp), parameter :: even = 1.0e-3_wp  !< likewise for a rotation
 
 contains
 
@@ -46,8 +47,8 @@ contains
       steepest = model%communicator%maximum(steepest)
    end function steepest
 
-   !> Collective: the largest component of a particle's way, in what it may be; and of this rank's particles
-   !> that which goes farthest (level, block, particle; 0: there is none) and its own.
+   !> Collective: the largest displacement component of a particle, relative to the allowed one; and the
+   !> particle of this rank with the largest one (level, block, particle; 0: none) and its displacement.
    real(wp) function farthest(model, work, at, own)
       type(model_t), intent(inout) :: model
       real(wp), intent(inout), contiguous :: work(:, :)
@@ -71,8 +72,8 @@ contains
       farthest = model%communicator%maximum(own)
    end function farthest
 
-   !> Collective: the body of the particle that goes farthest, where nothing is strained by what the nodes
-   !> hold.
+   !> Collective: the body of the particle with the largest displacement, if the nodal displacements cause no
+   !> strain.
    function motion_of_body(model, work) result(motion)
       type(model_t), intent(inout) :: model
       real(wp), intent(inout), contiguous :: work(:, :)
@@ -113,11 +114,11 @@ contains
       if (norm2(sums(5:7)) > even*most) motion%about = sums(5:7)/norm2(sums(5:7))
    end function motion_of_body
 
-   !> Collective: whether points within reach, pressed or not, would stand against displacements of the nodes.
+   !> Collective: true when points within reach, pressed or not, would resist displacements of the nodes.
    logical function may_hold(contact, model, most)
       type(static_contact_t), intent(in) :: contact
       type(model_t), intent(in) :: model
-      real(wp), intent(in) :: most !< way of a particle of all ranks, m
+      real(wp), intent(in) :: most !< largest displacement of particles on all ranks, m
       real(wp) :: u(3), closing
       integer :: n
       closing = 0.0_wp
@@ -144,14 +145,14 @@ contains
       end do
    end function max_strain
 
-   !> By how much a gradient turns, about which axis, rad.
+   !> Rotation vector of a gradient, rad.
    pure function turn(gradient) result(vector)
       real(wp), intent(in) :: gradient(9) !< component ij at 3 (j-1) + i
       real(wp) :: vector(3)
       vector = 0.5_wp*[gradient(6) - gradient(8), gradient(7) - gradient(3), gradient(2) - gradient(4)]
    end function turn
 
-   !> Way of the node that is nearest to a particle, m.
+   !> Displacement of the node nearest to a particle, m.
    pure function displacement(model, l, b, p) result(u)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b, p

@@ -1,6 +1,6 @@
-!> Particles under a trial displacement: they stay as they are; the gradient of the displacement, the stress
-!> that their law makes of it from the beginning of the step, and the tangent stand beside them (theory.md,
-!> eq. static-residual).
+!> Particles under a trial displacement: they are not changed; the gradient of the displacement, the stress of
+!> their law from the beginning of the step, and the tangent are stored separately (theory.md, eq.
+!> static-residual).
 module m_trial_state
    use, intrinsic :: iso_fortran_env, only: real32
    use m_kinds, only: wp
@@ -14,28 +14,29 @@ module m_trial_state
    private
    public :: trial_block_t, trial_status_t, relaxation, part_of_gradient, sum_of_squares, squares_of_section
 
-   integer, parameter :: lanes = 64 !< particles at once: their columns stay in the nearest cache
-   integer, parameter :: flow_parts = 8 !< of a step, in whose middles the stress of what flows is asked for
+   integer, parameter :: lanes = 64 !< particles at once: their columns stay in the first-level cache
+   integer, parameter :: flow_parts = 8 !< parts of a step at whose midpoints the stress of flowing material
+                                        !< is evaluated
    real(wp), parameter :: difference = 1.0e-7_wp !< of a component of the gradient
 
-   !> Of one block's particles.
+   !> Trial state of one block's particles.
    type :: trial_block_t
-      logical :: flat = .false. !< of a section: nothing moves along y or changes along it, but for the hoop
-      integer :: parts = 1 !< in which the laws take a step: material that creeps goes backward in time
-      logical :: mean = .false. !< the force of what may flow is the mean over the step's way, twice, less
+      logical :: flat = .false. !< of a section: no motion or change along y, except for the hoop
+      integer :: parts = 1 !< number of parts of a step for the laws: creep is integrated implicitly
+      logical :: mean = .false. !< for material that may flow the force is twice the mean over the step, minus
                                 !< that of the beginning (eq. mean-force)
-      real(wp), allocatable :: gradient(:, :) !< (:, 9): A = du/dX, component ij at 3 (j-1) + i; that of a
-                                              !< product's displacements, from its first product on
+      real(wp), allocatable :: gradient(:, :) !< (:, 9): A = du/dX, component ij at 3 (j-1) + i; after the
+                                              !< first product that of the product's displacements
       real(wp), allocatable :: force(:, :)    !< (:, 9): minus volume times the first Piola-Kirchhoff stress
                                               !< with respect to the beginning of the step, N m
-      real(wp), allocatable :: acting(:, :)   !< (:, 9): what of that acts on nodes, with means over cells; or
-                                              !< what of a product does
-      real(wp), allocatable :: value(:)       !< of which cells have means; where there are such
-      integer, allocatable :: cell(:)         !< place of a particle's cell in the tile; the same
-      real(real32), allocatable :: tangent(:, :, :) !< (lanes, 81, :): its derivative, d ij/d kl at
-                                                    !< 9 (kl-1) + ij, other sign, J, of groups of particles.
-                                                    !< Newton's method asks for no more digits, and products
-                                                    !< wait for it to come from memory
+      real(wp), allocatable :: acting(:, :)   !< (:, 9): the part of it that acts on nodes, with means over
+                                              !< cells; or the corresponding part of a product
+      real(wp), allocatable :: value(:)       !< values averaged over cells; where means are taken
+      integer, allocatable :: cell(:)         !< tile index of a particle's cell; likewise
+      real(real32), allocatable :: tangent(:, :, :) !< (lanes, 81, :): its derivative, d ij/d kl at 9 (kl-1) +
+                                                    !< ij, opposite sign, J, of groups of particles. Single
+                                                    !< precision is enough for Newton's method, and products
+                                                    !< are limited by memory bandwidth
    contains
       procedure :: fit
       procedure :: update
@@ -45,19 +46,19 @@ module m_trial_state
       procedure :: diagonal
    end type trial_block_t
 
-   !> What a trial state says of itself; of one rank.
+   !> Status of a trial state; on one rank.
    type :: trial_status_t
       real(wp) :: smallest = huge(1.0_wp)  !< determinant of I + A
       real(wp) :: largest = 0.0_wp         !< component of A, size
       integer :: block = 0, particle = 0   !< of the smallest determinant
-      integer :: level = 0                 !< the same, which the caller sets where it is 0
-      logical :: finite = .true.           !< all stresses are numbers
-      logical :: too_long = .false.        !< a law wants a smaller step
+      integer :: level = 0                 !< likewise, set by the caller where it is 0
+      logical :: finite = .true.           !< all stresses are finite
+      logical :: too_long = .false.        !< a law requests a smaller step
    end type trial_status_t
 
 contains
 
-   !> Room for so many particles; `tangents`: for their tangents too.
+   !> Allocate data for a number of particles; `tangents`: their tangents too.
    subroutine fit(self, count, tangents)
       class(trial_block_t), intent(inout) :: self
       integer, intent(in) :: count
@@ -75,13 +76,13 @@ contains
       allocate (self%tangent(lanes, 81, group_of(size(self%gradient, 1))), source=0.0_real32)
    end subroutine fit
 
-   !> In which group of lanes a particle stands.
+   !> The group of lanes of a particle.
    pure integer function group_of(particle)
       integer, intent(in) :: particle
       group_of = (particle + lanes - 1)/lanes
    end function group_of
 
-   !> The stress of all particles for the gradient as it stands.
+   !> The stress of all particles for the present gradient.
    subroutine update(self, particles, materials, layout, time_step, trial_status, b)
       class(trial_block_t), intent(inout) :: self
       type(particle_store_t), intent(in) :: particles
@@ -89,7 +90,7 @@ contains
       type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: time_step !< s
       type(trial_status_t), intent(inout) :: trial_status
-      integer, intent(in) :: b !< number of the block, for the verdict
+      integer, intent(in) :: b !< number of the block, for the status
       real(wp) :: determinant(lanes)
       integer :: first, last, n, run
       first = 1
@@ -114,8 +115,9 @@ contains
       end do
    end subroutine update
 
-   !> Work of the stress of what may flow as the gradient grows evenly to where it stands, less that of the
-   !> mean of the stresses at both ends, J: the stress first rises, and then stays where the material flows.
+   !> Work of the stress of material that may flow as the gradient grows linearly to its present value, minus
+   !> that of the mean of the stresses at both ends, J: the stress first rises, and then is constant where the
+   !> material flows.
    real(wp) function work_in_flow(self, particles, materials, layout, time_step) result(work)
       class(trial_block_t), intent(in) :: self
       type(particle_store_t), intent(in) :: particles
@@ -141,7 +143,7 @@ contains
       end do
    end function work_in_flow
 
-   !> Minus V P as stress_of, or what stands for it in a step whose forces are means over its way.
+   !> Minus V P as stress_of, or its equivalent in a step whose forces are means over the step.
    subroutine force_of(self, particles, materials, layout, time_step, first, n, gradient, force, &
                        determinant, too_long)
       class(trial_block_t), intent(in) :: self
@@ -153,7 +155,7 @@ contains
       real(wp), intent(in) :: gradient(:, :) !< (n, 9)
       real(wp), intent(out) :: force(:, :)   !< (n, 9)
       real(wp), intent(out) :: determinant(:)
-      logical, intent(inout) :: too_long     !< true where the law wants a smaller step
+      logical, intent(inout) :: too_long     !< true where the law requests a smaller step
       real(wp) :: before(n, 9)
       call stress_of(self%parts, particles, materials, layout, time_step, first, n, gradient, force, &
                      determinant, too_long)
@@ -166,7 +168,7 @@ contains
       force = 2.0_wp*force - before
    end subroutine force_of
 
-   !> Mean of minus V P as the gradient grows evenly: of the middles of equal parts of its way.
+   !> Mean of minus V P as the gradient grows linearly: over the midpoints of equal parts.
    subroutine mean_force(parts, particles, materials, layout, time_step, first, n, gradient, mean)
       integer, intent(in) :: parts
       type(particle_store_t), intent(in) :: particles
@@ -179,7 +181,7 @@ contains
       real(wp) :: force(n, 9), determinant(n), share
       integer :: k
       logical :: too_long
-      too_long = .false. ! the whole step is asked
+      too_long = .false. ! the whole step has been evaluated for this
       mean = 0.0_wp
       do k = 1, flow_parts
          share = (k - 0.5_wp)/flow_parts
@@ -232,7 +234,7 @@ contains
       end do
    end subroutine mean_tangent
 
-   !> The tangents about the gradient as it stands: in closed form, where the law has that, or by differences.
+   !> The tangents at the present gradient: in closed form, if the law has it, or by finite differences.
    subroutine linearise(self, particles, materials, layout, time_step)
       class(trial_block_t), intent(inout) :: self
       type(particle_store_t), intent(in) :: particles
@@ -242,7 +244,7 @@ contains
       real(wp) :: near(lanes, 9), force(lanes, 9), determinant(lanes), tangent(lanes, 81)
       integer :: first, last, kl, lane, n, run
       logical :: known, too_long
-      too_long = .false. ! of no account here
+      too_long = .false. ! unused here
       first = 1
       do while (first <= particles%count)
          run = particles%run_end(first)
@@ -273,7 +275,7 @@ contains
       end do
    end subroutine linearise
 
-   !> Of forces, over the volumes of their particles.
+   !> Sum of squares of forces, over the volumes of their particles.
    pure real(wp) function sum_of_squares(force, volume) result(squares)
       real(wp), intent(in) :: force(:, :), volume(:) !< N m; m3
       integer :: c
@@ -283,7 +285,7 @@ contains
       end do
    end function sum_of_squares
 
-   !> The same of a block of a section, times what is across it, N2.
+   !> The same for a block of a section, times the depth, N2.
    pure real(wp) function squares_of_section(force, level, b) result(squares)
       real(wp), intent(in) :: force(:, :) !< N m
       type(level_t), intent(in) :: level
@@ -293,8 +295,8 @@ contains
       end associate
    end function squares_of_section
 
-   !> By how much the stress of particles that stand still would change in a time, and how large it is: sums
-   !> of squares over components and volumes, Pa2 m3.
+   !> Change of the stress of particles at rest over a time, and its size: sums of squares over components and
+   !> volumes, Pa2 m3.
    function relaxation(particles, materials, layout, time_step) result(sizes)
       type(particle_store_t), intent(in) :: particles
       type(materials_t), intent(in) :: materials
@@ -305,7 +307,7 @@ contains
       integer, parameter :: at(9) = [1, 6, 5, 6, 2, 4, 5, 4, 3]
       integer :: c, first, last, n, run
       logical :: too_long
-      too_long = .false. ! of no account here
+      too_long = .false. ! unused here
       sizes = 0.0_wp
       still = 0.0_wp
       first = 1
@@ -342,7 +344,7 @@ contains
       real(wp), intent(in) :: gradient(:, :) !< (count, 9)
       real(wp), intent(out) :: force(:, :)   !< (count, 9)
       real(wp), intent(out) :: determinant(:)
-      logical, intent(inout) :: too_long     !< true where the law wants a smaller step
+      logical, intent(inout) :: too_long     !< true where the law requests a smaller step
       real(wp) :: column(count, size(particles%column, 2)), rate(count, 9)
       integer :: k
       column = particles%column(first:first + count - 1, :)
@@ -357,8 +359,8 @@ contains
                      column(:, layout%stress:layout%stress + 5), force, determinant)
    end subroutine stress_of
 
-   !> Velocity gradient of the k-th of so many equal parts of a step, at the part's beginning, of a
-   !> displacement that grows evenly: A (I + (k-1)/parts A)^-1 over the step, 1/s.
+   !> Velocity gradient of the k-th of `parts` equal parts of a step, at the part's beginning, for a
+   !> displacement that grows linearly: A (I + (k-1)/parts A)^-1 over the step, 1/s.
    pure subroutine part_of_gradient(n, a, k, parts, time_step, rate)
       integer, intent(in) :: n, k, parts
       real(wp), intent(in) :: a(:, :)      !< (n or more, 9)
@@ -392,7 +394,7 @@ contains
       real(wp) :: acting(lanes, 9), gradient(lanes, 9)
       integer :: first, group, ij, kl, n, p, step
       gradient = 0.0_wp
-      step = merge(2, 1, self%flat) ! what is even has an index 2, but 5, yy
+      step = merge(2, 1, self%flat) ! even components have index 2, except 5, yy
       do group = 1, group_of(count)
          first = lanes*(group - 1)
          n = min(lanes, count - first)
@@ -410,7 +412,7 @@ contains
       end do
    end subroutine multiply
 
-   !> What the diagonal of the stiffness is made of: d ab/d ad at 9 (a-1) + 3 (d-1) + b, J.
+   !> Terms of the diagonal of the stiffness: d ab/d ad at 9 (a-1) + 3 (d-1) + b, J.
    pure subroutine diagonal(self, count, modulus)
       class(trial_block_t), intent(in) :: self
       integer, intent(in) :: count

@@ -24,7 +24,7 @@ module m_state
    integer, parameter, public :: state_format = 13 !< of checkpoints
    integer, parameter, public :: block_reals = 13  !< per block
    integer, parameter :: sums = 12
-   integer(i8), parameter :: most_faces = 2_i8**25 !< of the ghost penalty, of all ranks
+   integer(i8), parameter :: max_faces = 2_i8**25 !< of the ghost penalty, of all ranks
 
 contains
 
@@ -100,7 +100,7 @@ contains
          count = 0
          if (store%writes) count = size(faces, 2)
          call store%longs('/state/ghost_faces', count, error)
-         if (.not. store%writes) allocate (faces(face_reals, max(0_i8, min(count(1), most_faces))))
+         if (.not. store%writes) allocate (faces(face_reals, max(0_i8, min(count(1), max_faces))))
          if (count(1) > 0) call store%reals('/state/ghost_forces', faces, error)
          if (store%writes .or. error%happened()) return
          call losses%keep_own(faces, model%levels, model%communicator%rank, good)

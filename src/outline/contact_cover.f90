@@ -1,5 +1,5 @@
-!> What a contact covers between its points, and what of it lies inside mirrors (theory.md, eq. contact-edge);
-!> of a section, whose points are all on one line, its area.
+!> The area that a contact covers between its points, and its part inside mirrors (theory.md, eq.
+!> contact-edge); for a section, whose points are all on one line, its area.
 module m_contact_cover
    use m_kinds, only: wp
    use m_section, only: section_t
@@ -9,17 +9,17 @@ module m_contact_cover
    private
    public :: mirror_t, beyond_mirror, covers, between, area_of_section
 
-   !> A plane of symmetry that the axis is parallel to: a line, inside which `normal` . place >= `from`.
+   !> A plane of symmetry parallel to the axis: a line, with `normal` . position >= `from` inside.
    type :: mirror_t
       real(wp) :: normal(2) = 0.0_wp, from = 0.0_wp
    end type mirror_t
 
-   real(wp), parameter, public :: beside = 0.75_wp !< edges, seen along the axis
-   integer, parameter :: on_line = 64       !< the area of a section is counted in steps of 1/64 edge
+   real(wp), parameter, public :: beside = 0.75_wp !< edges, in the projection
+   integer, parameter :: on_line = 64       !< steps per edge for the area of a section
 
 contains
 
-   !> True of a place that is the image of one inside.
+   !> True when a position is the mirror image of one inside.
    pure logical function beyond_mirror(mirrors, place)
       type(mirror_t), intent(in) :: mirrors(:)
       real(wp), intent(in) :: place(2)
@@ -27,7 +27,7 @@ contains
       beyond_mirror = any([(dot_product(mirrors(m)%normal, place) < mirrors(m)%from, m=1, size(mirrors))])
    end function beyond_mirror
 
-   !> True of a place that the contact covers.
+   !> True when the contact covers a position.
    logical function covers(points, squares, in_contact, edges, edge, place, near)
       type(surface_point_t), intent(in) :: points(:)
       type(squares_t), intent(in) :: squares
@@ -56,7 +56,7 @@ contains
                                                              edges%outwards(:, out)) > edges%back(out)
    end function covers
 
-   !> Of points on the line of a section, those that have others in contact near on both sides.
+   !> The points on the line of a section with others in contact near on both sides.
    pure function between(points, in_contact, distance)
       type(surface_point_t), intent(in) :: points(:)
       logical, intent(in) :: in_contact(:)
@@ -72,14 +72,14 @@ contains
       end do
    end function between
 
-   !> Places on the line of a section, m: across it they are 0.
+   !> Coordinates along the line of a section, m: normal to it they are 0.
    pure elemental real(wp) function sum_of_places(point)
       type(surface_point_t), intent(in) :: point
       sum_of_places = point%place(1) + point%place(2)
    end function sum_of_places
 
-   !> Area (m2) of all that the contact of a section stands for: steps of a line that are covered, each once
-   !> around the axis, or for a metre. The same on every rank.
+   !> Area (m2) of the contact represented by a section: covered steps of a line, each once around the axis,
+   !> or for a metre. The same on every rank.
    real(wp) function area_of_section(points, squares, in_contact, mirrors, section, cell) result(area)
       type(surface_point_t), intent(in) :: points(:)
       type(squares_t), intent(in) :: squares
@@ -91,7 +91,7 @@ contains
       type(edges_t) :: edges
       integer :: i, near(size(points)), steps
       edges = find_edges(points, squares, in_contact, cell)
-      along = 0.0_wp ! the points lie on it; the other direction is across the section
+      along = 0.0_wp ! the points lie along it; the other direction is normal to the section
       along(maxloc([maxval(abs(points%place(1))), maxval(abs(points%place(2)))], dim=1)) = 1.0_wp
       edge = sum(points%edge, mask=in_contact)/count(in_contact)
       low = minval(along(1)*points%place(1) + along(2)*points%place(2), mask=in_contact) - edge

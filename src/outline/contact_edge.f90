@@ -1,6 +1,6 @@
-!> Where a contact ends, from the gap that opens beyond it (theory.md, eq. contact-edge), and where single
-!> pressures are right from these too (eq. edge-field). A grid does not bend within a cell as sharply as the
-!> surface beside a lip, so that the gap is sought as the grid shows it.
+!> The edge of a contact, from the gap that opens beyond it (theory.md, eq. contact-edge), and from single
+!> pressures too where these are accurate (eq. edge-field). A grid cannot curve within a cell as sharply as
+!> the surface beside a lip, so the gap is fitted as the grid represents it.
 module m_contact_edge
    use m_kinds, only: wp
    use m_surface_points, only: surface_point_t, squares_t, find_neighbours
@@ -9,32 +9,33 @@ module m_contact_edge
    private
    public :: edges_t, find_edges, ahead
 
-   !> Where the contact ends as each point beside it sees it.
+   !> The edge of the contact as found from each point beside it.
    type :: edges_t
-      logical, allocatable :: known(:)      !< (points): where something is known
-      real(wp), allocatable :: outwards(:, :) !< (2, points): unit vectors up the gap
-      real(wp), allocatable :: back(:)      !< from the point against them to the edge, m; below 0: beyond it
-      real(wp), allocatable :: sight(:)     !< so far a point says where the edge is, m
-      real(wp) :: farthest = 0.0_wp         !< no known point's sight is longer
+      logical, allocatable :: known(:)      !< (points): an edge was found
+      real(wp), allocatable :: outwards(:, :) !< (2, points): unit vectors along the growing gap
+      real(wp), allocatable :: back(:)      !< distance from the point against them to the edge, m; below 0:
+                                            !< beyond it
+      real(wp), allocatable :: sight(:)     !< distance from a point within which its edge is valid, m
+      real(wp) :: farthest = 0.0_wp         !< largest sight of all points, m
    end type edges_t
 
-   real(wp), parameter :: ahead = 2.0_wp   !< cells: so far beyond a point its gap is looked at,
-   real(wp), parameter :: behind = 1.0_wp  !< so far towards the contact,
-   real(wp), parameter :: aside = 0.75_wp  !< and so far across
-   real(wp), parameter :: strip = 0.5_wp   !< cells: so far across where pressures count
-   real(wp), parameter :: beside = 1.2_wp  !< cells: a point is beside a contact from which it is so far
-   real(wp), parameter :: rounded = 0.5_wp !< cells: half width of the hat with which a gap is smoothed
-   real(wp), parameter :: sees = 1.2_wp    !< edges: so far a point outside says where the edge is
-   integer, parameter :: fewest = 3        !< points with gaps that say where the edge is
-   integer, parameter :: powers = 5        !< of the distance, between 1 (a wedge, of what has flowed) and 3/2
-                                           !< (an elastic surface) with which gaps open
-   real(wp), parameter :: fine = 0.05_wp   !< cells: the edge is sought in steps of this, first of four times
-                                           !< this
-   integer, parameter :: per_cell = 50     !< of the table of gaps
+   real(wp), parameter :: ahead = 2.0_wp   !< cells: gaps are considered up to this distance outwards,
+   real(wp), parameter :: behind = 1.0_wp  !< inwards to the contact,
+   real(wp), parameter :: aside = 0.75_wp  !< and sideways
+   real(wp), parameter :: strip = 0.5_wp   !< cells: sideways limit for pressures
+   real(wp), parameter :: beside = 1.2_wp  !< cells: a point within this distance of a contact is beside it
+   real(wp), parameter :: rounded = 0.5_wp !< cells: half width of the hat function for smoothing a gap
+   real(wp), parameter :: sees = 1.2_wp    !< edges: a point outside gives the edge within this distance
+   integer, parameter :: fewest = 3        !< points with gaps needed to find the edge
+   integer, parameter :: powers = 5        !< number of exponents of the distance, between 1 (a wedge, after
+                                           !< plastic flow) and 3/2 (an elastic surface), with which gaps open
+   real(wp), parameter :: fine = 0.05_wp   !< cells: step of the search for the edge, after steps of four
+                                           !< times this
+   integer, parameter :: per_cell = 50     !< entries of the table of gaps
 
 contains
 
-   !> For each point beside a contact, where the contact ends as seen from it.
+   !> For each point beside a contact, the edge of the contact as found from it.
    function find_edges(points, squares, in_contact, cell) result(edges)
       type(surface_point_t), intent(in) :: points(:)
       type(squares_t), intent(in) :: squares
@@ -64,7 +65,7 @@ contains
          if (all(points(near(:n))%modulus > 0.0_wp)) then
             call fit_pressures(points(near(:n)), in_contact(near(:n)), points(p)%place, &
                                edges%outwards(:, p), cell, edges%known(p), edges%back(p))
-            ! points may press beyond the edge, across gaps
+            ! points may be pressed beyond the edge, across gaps
             edges%sight(p) = edges%sight(p) + max(0.0_wp, edges%back(p))
             if (edges%known(p)) cycle
          end if
@@ -75,7 +76,7 @@ contains
       edges%farthest = maxval([0.0_wp, edges%sight], mask=[.true., edges%known])
    end function find_edges
 
-   !> Unit vector along which the gap grows, from those of a point and its neighbours; 0 where it does not.
+   !> Unit vector along which the gap grows, from those of a point and its neighbours; 0 if it does not grow.
    pure function up_the_gap(points, near, p) result(direction)
       type(surface_point_t), intent(in) :: points(:)
       integer, intent(in) :: near(:), p
@@ -90,7 +91,7 @@ contains
       direction = direction/max(norm2(direction), tiny(1.0_wp))
    end function up_the_gap
 
-   !> The edge whose field fits the pressures and gaps before and behind a place best.
+   !> The edge whose field best fits the pressures and gaps on both sides of a position.
    subroutine fit_pressures(points, in_contact, place, outwards, cell, known, back)
       type(surface_point_t), intent(in) :: points(:)
       logical, intent(in) :: in_contact(:)
@@ -118,7 +119,7 @@ contains
       back = merge(-edge*cell, 0.0_wp, known)
    end subroutine fit_pressures
 
-   !> The edge from which a gap opens that fits the gaps before and behind a place best, by least squares.
+   !> The edge from which the opening gap best fits the gaps on both sides of a position, by least squares.
    subroutine fit(points, in_contact, place, outwards, cell, opening, known, back)
       type(surface_point_t), intent(in) :: points(:)
       logical, intent(in) :: in_contact(:)
@@ -158,7 +159,7 @@ contains
       end associate
       back = back*cell
    contains
-      !> Take an edge at a distance (cells) if its gap explains more of the squares of the gaps.
+      !> Accept an edge at a distance (cells) if its gap explains more of the squared gaps.
       subroutine try(power, edge)
          integer, intent(in) :: power
          real(wp), intent(in) :: edge
@@ -178,7 +179,7 @@ contains
       end subroutine try
    end subroutine fit
 
-   !> The gap (but for its factor) at a distance from the edge (cells).
+   !> The gap (up to its factor) at a distance from the edge (cells).
    pure real(wp) function gap_at(opening, power, distance)
       real(wp), intent(in) :: opening(0:, :) !< of openings
       integer, intent(in) :: power
@@ -192,8 +193,8 @@ contains
       gap_at = opening(i, power) + (at - i)*(opening(i + 1, power) - opening(i, power))
    end function gap_at
 
-   !> Gaps at distances from the edge, but for a factor: powers of the distance, smoothed with a hat, in
-   !> closed form. From `rounded` before the edge on, `per_cell` a cell; by powers.
+   !> Gaps at distances from the edge, up to a factor: powers of the distance, smoothed with a hat function,
+   !> in closed form. From `rounded` before the edge on, `per_cell` a cell; by powers.
    pure function openings() result(opening)
       real(wp), allocatable :: opening(:, :)
       real(wp) :: q, x

@@ -1,4 +1,4 @@
-!> Where a tool's contact ends, as points on the tool (theory.md, eq. contact-edge).
+!> The edge of a tool's contact, as points on the tool (theory.md, eq. contact-edge).
 module m_contact_outline
    use m_kinds, only: wp, i8
    use m_constants, only: pi
@@ -15,10 +15,10 @@ module m_contact_outline
    private
    public :: outline_under, outline_of
 
-   real(wp), parameter :: steps_of_angle = 1.0e12_wp !< a radian: keys of the sort are whole numbers
-   real(wp), parameter :: near = 1.0e-6_wp  !< cells: so near the tool's surface is reached
-   real(wp), parameter :: far = 100.0_wp    !< cells: no part of a tool is so far ahead of its point
-   integer, parameter :: max_steps = 1000  !< towards it
+   real(wp), parameter :: steps_of_angle = 1.0e12_wp !< per radian: sort keys are integers
+   real(wp), parameter :: near = 1.0e-6_wp  !< cells: distance at which the tool's surface is reached
+   real(wp), parameter :: far = 100.0_wp    !< cells: no part of a tool is further ahead of its point
+   integer, parameter :: max_steps = 1000  !< maximum number of steps towards it
 
 contains
 
@@ -44,7 +44,8 @@ contains
       end do
    end function outline_under
 
-   !> The points (2, :) across the axis, m, where the points beside a patch see its edge, inside the mirrors.
+   !> The points (2, :) in the projection, m, of the edge as found from the points beside a patch, inside the
+   !> mirrors.
    function outline_of(patch, cell) result(edge)
       type(patch_t), intent(in) :: patch
       real(wp), intent(in) :: cell !< m
@@ -70,7 +71,7 @@ contains
       edge = edge(:, around(edge, middle))
    end function outline_of
 
-   !> The order of points by their angle about a middle, from behind the widest gap on.
+   !> The order of points by their angle about a middle, starting after the widest gap.
    pure function around(edge, middle) result(order)
       real(wp), intent(in) :: edge(:, :), middle(2)
       integer :: order(size(edge, 2))
@@ -84,8 +85,8 @@ contains
       order = cshift(order, maxloc(gap, dim=1) - 1)
    end function around
 
-   !> The point of a tool's surface on the line along its axis through a place: from ahead of it, by steps as
-   !> long as the gap. Beside the tool, where it is nearest after so many steps.
+   !> The point of a tool's surface on the line along its axis through a position: from ahead of it, by steps
+   !> as long as the gap. If the line misses the tool, the nearest point after the maximum of steps.
    function on_tool(tool, place, cell) result(point)
       type(tool_t), intent(in) :: tool
       real(wp), intent(in) :: place(3), cell !< m

@@ -1,32 +1,33 @@
-!> Where an elastic contact ends, from the pressures inside and the gaps outside together (theory.md, eq.
-!> edge-field): on both sides of an edge they are one function, the square root of the distance, so that the
-!> edge lies between what is known on either side.
+!> The edge of an elastic contact, from the pressures inside and the gaps outside together (theory.md, eq.
+!> edge-field): on both sides of an edge they follow one function, the square root of the distance, so the
+!> edge lies between the points on either side.
 module m_edge_field
    use m_kinds, only: wp
    implicit none
    private
    public :: fit_field, inside
 
-   real(wp), parameter :: inside = 1.5_wp  !< cells: so far from the edge points count,
-   real(wp), parameter :: outside = 2.0_wp !< and so far on the open side,
-   real(wp), parameter :: fades = 0.3_wp   !< where their weight falls to 0, over this width
-   real(wp), parameter :: widest = 0.6_wp  !< cells: an edge is sought so far about the last one,
-   real(wp), parameter :: step = 0.1_wp    !< in such steps,
-   real(wp), parameter :: near = 0.005_wp  !< until it changes by less,
-   integer, parameter :: max_tries = 10    !< or so often
-   real(wp), parameter :: farthest = 1.5_wp !< cells: no edge is so far from between pressed and open points
+   real(wp), parameter :: inside = 1.5_wp  !< cells: points up to this distance inside the edge are used,
+   real(wp), parameter :: outside = 2.0_wp !< and up to this distance outside,
+   real(wp), parameter :: fades = 0.3_wp   !< cells: width over which their weight decreases to 0
+   real(wp), parameter :: widest = 0.6_wp  !< cells: range of the search for the edge about the last one,
+   real(wp), parameter :: step = 0.1_wp    !< in steps of this,
+   real(wp), parameter :: near = 0.005_wp  !< until the change is smaller,
+   integer, parameter :: max_tries = 10    !< or this number of times
+   real(wp), parameter :: farthest = 1.5_wp !< cells: an edge is not further from between pressed and open
+                                            !< points
 
 contains
 
-   !> The edge of the field that fits pressures and gaps of points along a line best, by least squares.
+   !> The edge of the field that best fits pressures and gaps of points along a line, by least squares.
    pure subroutine fit_field(along, gap, pressure, face, pressed, edge, known)
       real(wp), intent(in) :: along(:)    !< places, growing towards the open side, cells
-      real(wp), intent(in) :: gap(:)      !< cells; 0 of what is in contact
+      real(wp), intent(in) :: gap(:)      !< cells; 0 for points in contact
       real(wp), intent(in) :: pressure(:) !< over the modulus of the half-space
       real(wp), intent(in) :: face(:)     !< widths of faces, over which pressures are means, cells
-      logical, intent(in) :: pressed(:)   !< what is in contact
+      logical, intent(in) :: pressed(:)   !< points in contact
       real(wp), intent(out) :: edge       !< along the line, cells
-      logical, intent(out) :: known       !< it was found
+      logical, intent(out) :: known       !< an edge was found
       real(wp) :: left, least, middle, right, start, weight(size(along)), last
       integer :: i, n
       integer, parameter :: half = nint(widest/step)
@@ -57,13 +58,13 @@ contains
       known = abs(edge - start) < farthest .and. minval(misfits) < huge(1.0_wp)
    end subroutine fit_field
 
-   !> Weight of a point so far within the reach, cells.
+   !> Weight of a point by its distance within the range, cells.
    pure elemental real(wp) function share(within)
       real(wp), intent(in) :: within
       share = min(1.0_wp, max(0.0_wp, within/fades + 0.5_wp))
    end function share
 
-   !> Sum of the squares of what the best field with an edge leaves of pressures and gaps: the two first terms
+   !> Sum of the squared residuals of pressures and gaps for the best field with an edge: the first two terms
    !> of sqrt(distance) times a power series.
    pure real(wp) function misfit(edge, along, gap, pressure, face, weight)
       real(wp), intent(in) :: edge, along(:), gap(:), pressure(:), face(:), weight(:)
@@ -78,7 +79,7 @@ contains
       do n = 1, size(along)
          if (.not. weight(n) > 0.0_wp) cycle
          d = along(n) - edge
-         ! a face of any direction has the variance of a hat whose half width is its own over sqrt 2
+         ! a face of any direction has the variance of a hat function whose half width is its own over sqrt 2
          p = weight(n)*smoothed(-d, sqrt(0.5_wp)*face(n), 0.5_wp)
          g = weight(n)*smoothed(d, 1.0_wp, 1.5_wp)*[4.0_wp/3.0_wp, -0.8_wp]
          a = a + p(1)**2 + g(1)**2
@@ -90,11 +91,11 @@ contains
       end do
       misfit = huge(misfit)
       if (.not. a*c - b**2 > epsilon(1.0_wp)*a*c) return
-      if (.not. s*c - t*b > 0.0_wp) return ! nothing is pulled, no gap is below 0
+      if (.not. s*c - t*b > 0.0_wp) return ! no tension, no negative gap
       misfit = total - (c*s**2 - 2.0_wp*b*s*t + a*t**2)/(a*c - b**2)
    end function misfit
 
-   !> A power of the distance and the next one, 0 before it, as means over a hat of a half width.
+   !> A power of the distance and the next one, 0 before it, averaged with a hat function of a half width.
    pure function smoothed(x, width, power) result(mean)
       real(wp), intent(in) :: x, width
       real(wp), intent(in) :: power !< 1/2 or 3/2

@@ -1,27 +1,27 @@
-!> Contact points near a tool as seen along its axis, and which of them are near a place.
+!> Contact points near a tool in projection along its axis, and the search for those near a position.
 module m_surface_points
    use m_kinds, only: wp
    implicit none
    private
    public :: surface_point_t, squares_t, sorted_in_squares, find_neighbours
 
-   !> A contact point near the tool, as seen along its axis: reals alone, for ranks send them.
+   !> A contact point near the tool, in projection along its axis: reals only, so that it can be sent.
    type :: surface_point_t
       sequence
-      real(wp) :: place(2) = 0.0_wp !< across the axis, m
+      real(wp) :: place(2) = 0.0_wp !< in the projection, m
       real(wp) :: gap = 0.0_wp      !< m
       real(wp) :: edge = 0.0_wp     !< of its particle, m
-      real(wp) :: pressed = 0.0_wp  !< 1: the tool presses it, or has just done so; else 0
-      real(wp) :: beside = 0.0_wp   !< how far beside the tool it is, so that none of the tool is above it, m
-      real(wp) :: slope(2) = 0.0_wp !< unit vector across the axis along the tool's normal; 0 on the axis
-      real(wp) :: pressure = 0.0_wp !< of its particle along that normal, Pa
-      real(wp) :: outwards(2) = 0.0_wp !< unit vector across the axis from there away from the tool
+      real(wp) :: pressed = 0.0_wp  !< 1: pressed by the tool, now or in the last step; else 0
+      real(wp) :: beside = 0.0_wp   !< distance beside the tool, so that no part of the tool is above it, m
+      real(wp) :: slope(2) = 0.0_wp !< direction of the tool's normal in the projection; 0 on the axis
+      real(wp) :: pressure = 0.0_wp !< stress of its particle along that normal, Pa
+      real(wp) :: outwards(2) = 0.0_wp !< direction in the projection away from the tool
       real(wp) :: traction = 0.0_wp !< pressure of the tool on it, Pa
-      real(wp) :: modulus = 0.0_wp  !< of the half-space, where what is below a cell gives way, so that single
-                                    !< pressures are right, Pa; else 0
+      real(wp) :: modulus = 0.0_wp  !< of the half-space, if the compliance below cells is included, so that
+                                    !< single pressures are accurate, Pa; else 0
    end type surface_point_t
 
-   !> Points by the squares of a cell's width in which they lie.
+   !> Points sorted by squares of a cell's width.
    type :: squares_t
       real(wp) :: low(2) = 0.0_wp, width = 1.0_wp
       integer, allocatable :: first(:, :), next(:)
@@ -29,7 +29,7 @@ module m_surface_points
 
 contains
 
-   !> Sort points into squares of a width.
+   !> Sort points into squares of a given width.
    pure function sorted_in_squares(points, width) result(squares)
       type(surface_point_t), intent(in) :: points(:)
       real(wp), intent(in) :: width !< m
@@ -54,8 +54,8 @@ contains
       at = floor((place - squares%low)/squares%width)
    end function square_of
 
-   !> The points within a distance of a place: the first `count` of `near`. No list is allocated here, for
-   !> this is asked at every small square of the area.
+   !> The points within a distance of a position: the first `count` of `near`. No allocation, as this is
+   !> called for every small square of the area.
    pure subroutine find_neighbours(points, squares, place, distance, near, count)
       type(surface_point_t), intent(in) :: points(:)
       type(squares_t), intent(in) :: squares
