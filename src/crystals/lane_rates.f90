@@ -15,6 +15,8 @@ module m_lane_rates
       real(wp) :: slips(lanes, max_systems), rises(lanes, max_systems)
    end type lane_rates_t
 
+   real(wp), parameter :: no_way = 1.0e-100_wp !< Pa: a smaller change moves no stress; quotients stay finite
+
 contains
 
    !> Resolved shear stresses.
@@ -71,7 +73,7 @@ contains
          !$omp simd private(most, room)
          do p = 1, lanes
             most = ratio(p)*resistance(p, a)
-            room = (most - sign(1.0_wp, way(p, a))*tau(p, a))/max(abs(way(p, a)), tiny(1.0_wp))
+            room = (most - sign(1.0_wp, way(p, a))*tau(p, a))/max(abs(way(p, a)), no_way)
             share(p) = merge(min(share(p), max(0.0_wp, room)), share(p), abs(tau(p, a) + way(p, a)) > most)
          end do
       end do

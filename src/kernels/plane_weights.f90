@@ -115,7 +115,7 @@ contains
       associate (r => domains%edge, q => domains%inverse)
          !$omp simd private(fit, inward, turn)
          do p = 1, n
-            inward = min(1.0_wp, radius(p)/(abs(ax(p)) + abs(cx(p))))
+            inward = radius(p)/max(radius(p), abs(ax(p)) + abs(cx(p)))
             fit = inward*per_cell*max(abs(ax(p)) + abs(cx(p)), abs(az(p)) + abs(cz(p)))
             fit = inward*per_cell*min(1.0_wp, 0.5_wp/fit)
             r(p, 1) = fit*ax(p)

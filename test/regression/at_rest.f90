@@ -85,6 +85,7 @@ contains
       if (means) then
          allocate (model%effects(1))
          allocate (model%effects(1)%effect, source=anti_locking_t())
+         model%effects(1)%effect%name = 'anti_locking'
       end if
       call model%build(comm, scene, error)
    end subroutine build

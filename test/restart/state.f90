@@ -30,7 +30,7 @@ contains
       real(wp), intent(inout) :: values(:, :)
       type(error_t), intent(inout) :: error
       self%values = [self%values, reshape(values, [size(values)])]
-      self%names = [self%names, spread([character(len=32) :: name], 1, size(values))]
+      call append(self%names, name, size(values))
    end subroutine reals_table
 
    subroutine longs_table(self, name, values, error)
@@ -39,8 +39,20 @@ contains
       integer(i8), intent(inout) :: values(:, :)
       type(error_t), intent(inout) :: error
       self%values = [self%values, real(reshape(values, [size(values)]), wp)]
-      self%names = [self%names, spread([character(len=32) :: name], 1, size(values))]
+      call append(self%names, name, size(values))
    end subroutine longs_table
+
+   !> Append `count` copies of a name.
+   subroutine append(names, name, count)
+      character(len=32), allocatable, intent(inout) :: names(:)
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: count
+      character(len=32), allocatable :: more(:)
+      allocate (more(size(names) + count))
+      more(:size(names)) = names
+      more(size(names) + 1:) = name
+      call move_alloc(more, names)
+   end subroutine append
 
 end module m_listing
 
@@ -194,7 +206,7 @@ contains
       type(error_t), intent(inout) :: error
       listing%writes = .true.
       listing%values = [real(wp) ::]
-      listing%names = [character(len=32) ::]
+      allocate (listing%names(0))
       call describe_state(listing, model, balance, error)
    end subroutine list
 

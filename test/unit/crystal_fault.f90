@@ -46,7 +46,7 @@ program crystal_fault
    do b = 1, size(model%levels(1)%blocks)
       associate (particles => model%levels(1)%blocks(b)%particles)
          do p = 1, particles%count
-            if (particles%id(p) == 17) particles%column(p, r:r + 11) = 0.0_wp ! no material has that
+            if (particles%id(p) == 17) particles%column(p, r:r + 11) = 1.0e-3_wp ! no metal has that
          end do
       end associate
    end do

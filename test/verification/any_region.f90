@@ -54,6 +54,7 @@ contains
       if (locks_not) then
          allocate (model%effects(1))
          allocate (model%effects(1)%effect, source=anti_locking_t())
+         model%effects(1)%effect%name = 'anti_locking'
       end if
       call model%build(comm, scene, error)
       call test%check(allocated(model%levels(2)%layer) .eqv. locks_not, 'a layer where means are taken')

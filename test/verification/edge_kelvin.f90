@@ -117,7 +117,10 @@ contains
       integer :: l
       call describe(scene, poisson, has_level, shift)
       allocate (model%effects(merge(1, 0, means)))
-      if (means) allocate (model%effects(1)%effect, source=anti_locking_t())
+      if (means) then
+         allocate (model%effects(1)%effect, source=anti_locking_t())
+         model%effects(1)%effect%name = 'anti_locking'
+      end if
       call model%build(comm, scene, error)
       call test%check(.not. error%happened(), 'built')
       call system%begin(model, 0.0_wp, 1.0_wp, scene%quasi_static%stabilisation)
