@@ -2,6 +2,7 @@
 !> solved by Newton's method for stress and resistances together; slip rates are limited to a factor above
 !> those of the step. Lanes without convergence are left to m_crystal_flow, which is safeguarded.
 module m_crystal_lanes
+   use, intrinsic :: ieee_exceptions, only: ieee_get_halting_mode, ieee_set_halting_mode, ieee_usual
    use m_kinds, only: wp
    use m_crystal_flow, only: growth, tiny_slip, tolerance
    use m_lane_rates, only: lane_rates_t, find_fastest, find_lane_rates, find_share, harden_lanes, &
@@ -51,7 +52,21 @@ contains
    end subroutine deform_elastically
 
    !> The slip of the crystals that do not stay elastic.
+   !> Lanes whose iterations diverge overflow, and are left as they are: no trap, where the build sets traps.
    pure subroutine let_slip(constants, time_step, threshold, one)
+      type(crystal_constants_t), intent(in) :: constants
+      real(wp), intent(in) :: time_step !< s
+      real(wp), intent(in) :: threshold
+      type(crystals_t), intent(inout) :: one
+      logical :: traps(size(ieee_usual))
+      call ieee_get_halting_mode(ieee_usual, traps)
+      if (any(traps)) call ieee_set_halting_mode(ieee_usual, .false.)
+      call solve_lanes(constants, time_step, threshold, one)
+      if (any(traps)) call ieee_set_halting_mode(ieee_usual, traps)
+   end subroutine let_slip
+
+   !> Newton's method on stress and resistances, eight crystals at a time.
+   pure subroutine solve_lanes(constants, time_step, threshold, one)
       type(crystal_constants_t), intent(in) :: constants
       real(wp), intent(in) :: time_step !< s
       real(wp), intent(in) :: threshold
@@ -106,7 +121,7 @@ contains
             resistance(:, :n) = harder(:, :n)
          end do
       end associate
-   end subroutine let_slip
+   end subroutine solve_lanes
 
    !> Raise the largest difference, and sum all differences.
    pure subroutine compare(count, a, b, largest, together)
