@@ -90,12 +90,16 @@ def strip(source):
     for path in [source / 'io/atoms_output.f90', *(source / 'atoms').glob('*.f90')]:
         if path.stem != 'embedded_model':
             path.unlink()
-    drop(source / 'model/model_filling.f90', 'build_atoms')
+    filling, introduction = source / 'model/model_filling.f90', source / 'app/introduction.f90'
+    drop(filling, 'build_atoms')
+    replace(filling, r' *use m_coupling, .*\n', '')
     recorder = source / 'io/recorder.f90'
     replace(recorder, r'(?m)^ *if \(self%atoms > 0\) &\n.*atoms_header.*\n', '')
-    drop(recorder, 'm_atoms_output|call write_atoms')
+    drop(recorder, 'call write_atoms')
+    replace(recorder, r' *use m_atoms_output, .*\n', '')
     (source / 'app/grain_report.f90').unlink()
-    drop(source / 'app/introduction.f90', 'grain_report|introduce_grains')
+    drop(introduction, 'introduce_grains')
+    replace(introduction, r' *use m_grain_report, .*\n', '')
     grid, schedule, g2p, stress, cells = (
         source / f'explicit/{name}.f90'
         for name in ('grid_stages', 'schedule', 'g2p_stage', 'stress_stage', 'cells_stage')
