@@ -14,7 +14,7 @@ module m_crystal_lanes
    public :: crystals_t, deform_elastically, let_slip
 
    integer, parameter :: max_rounds = 16 !< three to six suffice for short steps
-   real(wp), parameter :: most_slip = 1.0_wp !< in a step
+   real(wp), parameter :: max_slip = 1.0_wp !< in a step
    real(wp), parameter :: root_two = sqrt(2.0_wp), root_six = sqrt(6.0_wp)
 
    !> Input and result of a step, along the axes of the lattices.
@@ -109,7 +109,7 @@ contains
             call compare(8, stress, now, wrong, off)
             call compare(n, resistance, harder, wrong, off)
             ! the maximum of NaN may be a number, a sum is not
-            finished = wrong <= tolerance*smallest .and. off <= huge(off) .and. rates%slip <= most_slip &
+            finished = wrong <= tolerance*smallest .and. off <= huge(off) .and. rates%slip <= max_slip &
                        .and. .not. one%found
             if (any(finished)) call take(n, finished, flown, harder, rates, one)
             if (all(one%found .or. .not. off <= huge(off))) return
@@ -361,7 +361,7 @@ contains
       do i = 1, 8
          !$omp simd
          do p = 1, lanes
-            together(p, i) = min(most_slip, max(-most_slip, slips(p, i)))
+            together(p, i) = min(max_slip, max(-max_slip, slips(p, i)))
             largest(p) = max(largest(p), abs(together(p, i)))
          end do
       end do

@@ -8,7 +8,7 @@ module m_hdf5_tables
    public :: open_tables, close_tables, extent_of, read_reals, read_integers, find_tables, read_attribute
 
    integer, parameter :: deepest = 8, longest_name = 512, max_found = 64, max_visits = 20000
-   real(wp), parameter :: most_compressed = 4000.0_wp !< values per byte
+   real(wp), parameter :: max_compression = 4000.0_wp !< values per byte
 
    type, public :: tables_t
       integer(hid_t) :: file = -1_hid_t
@@ -31,7 +31,7 @@ contains
       call h5open_f(status)
       call h5eset_auto_f(0, ignored)
       call h5fopen_f(path, H5F_ACC_RDONLY_F, tables%file, status)
-      tables%max_values = min(1.0e8_wp, most_compressed*bytes)
+      tables%max_values = min(1.0e8_wp, max_compression*bytes)
       ok = status >= 0
    end subroutine open_tables
 

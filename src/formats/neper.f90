@@ -13,7 +13,7 @@ module m_neper
    public :: is_neper, read_neper
 
    integer, parameter :: max_bytes = 1000000000 !< of a file of voxels
-   real(wp), parameter :: most_cells = 1.0e7_wp
+   real(wp), parameter :: max_cells = 1.0e7_wp
 
    !> A file being read.
    type :: reading_t
@@ -122,9 +122,9 @@ contains
       number = least
       if (fault == '') call self%numbers(bytes, 1, value, what, fault)
       if (fault /= '') return
-      if (value(1) < least .or. value(1) > most_cells .or. abs(value(1) - anint(value(1))) > 0.0_wp) then
+      if (value(1) < least .or. value(1) > max_cells .or. abs(value(1) - anint(value(1))) > 0.0_wp) then
          fault = 'line '//to_text(self%lines%line)//': has '//to_text(value(1))//' as '//what// &
-                 '; allowed: '//to_text(least)//' to '//to_text(nint(most_cells))
+                 '; allowed: '//to_text(least)//' to '//to_text(nint(max_cells))
       else
          number = nint(value(1))
       end if

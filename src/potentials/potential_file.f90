@@ -10,7 +10,7 @@ module m_potential_file
    real(wp), parameter, public :: joule_per_ev = 1.602176634e-19_wp
    real(wp), parameter, public :: kg_per_u = 1.66053906660e-27_wp
    integer, parameter :: longest_file = 200*1024*1024 !< bytes
-   integer, parameter :: most_points = 10000000      !< of a table
+   integer, parameter :: max_points = 10000000      !< of a table
    character(len=*), parameter :: usual_place = '/usr/share/lammps/potentials'
    real(wp), parameter :: hartree = 27.2_wp, bohr = 0.529_wp !< eV, angstrom, as funcfl files mean them
 
@@ -198,7 +198,7 @@ contains
       call reading%line(rest)
       densities = 0
       radii = 0
-      if (.not. (all(sizes >= 5.0_wp .and. sizes <= real(most_points, wp)) .and. &
+      if (.not. (all(sizes >= 5.0_wp .and. sizes <= real(max_points, wp)) .and. &
                  min(self%density_spacing, self%spacing, self%cutoff) > 0.0_wp)) reading%failed = .true.
       if (reading%failed) return
       densities = nint(sizes(1))
