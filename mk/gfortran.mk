@@ -4,7 +4,7 @@
 FLAGS_gfortran_opt = -std=f2008 -O3 -march=$(ARCH) -fopenmp-simd -fno-tree-loop-distribute-patterns $(vectors) -g
 FLAGS_gfortran_profile = $(FLAGS_gfortran_opt) -fno-omit-frame-pointer -fno-optimize-sibling-calls
 FLAGS_gfortran_avx2 = $(FLAGS_gfortran_opt) -mno-avx512f -mprefer-vector-width=256
-FLAGS_gfortran_debug = -std=f2008 -g -Og -fcheck=all,no-array-temps -fsanitize=address,undefined -ffpe-trap=invalid,zero,overflow \
+FLAGS_gfortran_debug = -std=f2008 -g -fno-var-tracking-assignments -Og -fcheck=all,no-array-temps -fsanitize=address,undefined -ffpe-trap=invalid,zero,overflow \
    -fbacktrace -Wall -Wextra -Wno-c-binding-type -Wno-unused-dummy-argument
 # For `make fuzz`: every branch leaves its mark; afl-fuzz brings the assembler that writes it.
 FLAGS_gfortran_fuzz = -std=f2008 -g -O1 -fcheck=all,no-array-temps -B$(AFL)

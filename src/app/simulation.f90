@@ -18,6 +18,7 @@ module m_simulation
    use m_speed_bounds, only: bound_speeds
    use m_integrator, only: integrator_t
    use m_advance, only: explicit_t
+   use m_move_regions, only: move_regions
    use m_changing, only: changing_t
    use m_time_step, only: longest_step, check_time_step
    use m_guard, only: guard_t
@@ -229,6 +230,7 @@ contains
                                self%course%stop_reason, self%error, within=.true.)
          return
       end if
+      call move_regions(self%model, self%error)
       self%course%steps = self%course%steps + 1
       if (self%course%steps == 1) call forget_end(self) ! of the run that this one continues
       if (self%model%requested_action == asks_end_lost) call self%leave_directory()

@@ -11,7 +11,6 @@ module m_advance
    use m_integrator, only: integrator_t
    use m_node_exchange, only: sum_tiles
    use m_residence, only: change_pair
-   use m_move_regions, only: move_regions
    use m_pressed_speeds, only: find_pressed, keep_pressed_speeds
    use m_contact_complaints, only: forbid_contact
    use m_complaints, only: report_homeless
@@ -59,7 +58,6 @@ contains
       if (size(model%levels) == 1) return
       call model%timers%enter(model%levels_row)
       call model%prepare_blocks()
-      call move_regions(model, error)
       call model%timers%leave()
    end subroutine advance
 

@@ -21,9 +21,20 @@ module m_move_regions
 
 contains
 
-   !> Collective: at the end of a step of the coarsest level. Regions that follow a tool move by whole cells
-   !> of the coarsest level, so that the gaps between nested ones do not change.
+   !> Collective: between two steps of the coarsest level, explicit or implicit. Nothing is done on one level
+   !> or after an error.
    subroutine move_regions(model, error)
+      type(model_t), intent(inout) :: model
+      type(error_t), intent(inout) :: error
+      if (size(model%levels) == 1 .or. error%happened()) return
+      call model%timers%enter(model%levels_row)
+      call set_regions(model, error)
+      call model%timers%leave()
+   end subroutine move_regions
+
+   !> Collective: regions that follow a tool move by whole cells of the coarsest level, so that the gaps
+   !> between nested ones do not change.
+   subroutine set_regions(model, error)
       type(model_t), intent(inout) :: model
       type(error_t), intent(inout) :: error
       type(region_t) :: region
@@ -47,7 +58,7 @@ contains
       if (.not. moved) return
       model%moves = model%moves + 1
       call settle_particles(model, error)
-   end subroutine move_regions
+   end subroutine set_regions
 
    !> Collective: after regions have been set, move particles to their levels.
    subroutine settle_particles(model, error)

@@ -20,7 +20,7 @@ module m_quasi_static
    use m_static_loads, only: find_contact, accumulate_contact, accumulate_losses, any_friction
    use m_static_levels, only: longest_way, spread_aside
    use m_contact_complaints, only: forbid_contact
-   use m_move_regions, only: move_regions, forget_edge_stress
+   use m_move_regions, only: forget_edge_stress
    use m_stop_times, only: next_stop
    use m_static_ways, only: farthest
    use m_called_off, only: called_off_t
@@ -317,7 +317,6 @@ contains
       if (size(model%levels) == 1) return
       call model%timers%enter(model%levels_row)
       call model%prepare_blocks()
-      call move_regions(model, error)
       call model%timers%leave()
    end subroutine commit
 

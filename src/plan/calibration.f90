@@ -10,6 +10,7 @@ module m_calibration
    use m_scene, only: scene_t
    use m_model, only: model_t
    use m_advance, only: advance
+   use m_move_regions, only: move_regions
    use m_speed_bounds, only: bound_speeds
    use m_time_step, only: longest_step
    use m_energy, only: balance_t
@@ -107,6 +108,15 @@ contains
       end do
    end subroutine nudge
 
+   !> Collective: one step as in a run.
+   subroutine take_step(model, time_step, error)
+      type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: time_step !< s
+      type(error_t), intent(inout) :: error
+      call advance(model, time_step, error)
+      call move_regions(model, error)
+   end subroutine take_step
+
    !> A few steps that are not timed.
    subroutine warm_up(scene, model, error)
       type(scene_t), intent(in) :: scene
@@ -114,7 +124,7 @@ contains
       type(error_t), intent(inout) :: error
       integer :: n
       do n = 1, warm_steps
-         if (.not. error%happened()) call advance(model, timed_step(scene, model), error)
+         if (.not. error%happened()) call take_step(model, timed_step(scene, model), error)
       end do
    end subroutine warm_up
 
@@ -142,7 +152,7 @@ contains
       most = max(min_steps, min(max_steps, nint(at_most*found%prospect%steps)))
       began = wall_time()
       do
-         call advance(model, timed_step(scene, model), error)
+         call take_step(model, timed_step(scene, model), error)
          if (error%happened()) return
          found%steps = found%steps + 1
          elapsed = model%communicator%maximum(wall_time() - began)
@@ -152,7 +162,7 @@ contains
       handled = model%contact%handled
       began = wall_time()
       do n = 1, found%steps
-         call advance(model, timed_step(scene, model), error)
+         call take_step(model, timed_step(scene, model), error)
          if (error%happened()) return
       end do
       elapsed = model%communicator%maximum(wall_time() - began)
@@ -266,7 +276,7 @@ contains
          do n = 1, 2 + pressed
             if (n == 3) handled = model%contact%handled
             before = model%timers
-            call advance(model, longest_step(scene, model, time), error)
+            call take_step(model, longest_step(scene, model, time), error)
             if (error%happened()) exit
             model%time = time
             if (n > 2) took(n - 2) = model%timers%seconds(phase_contact) - before%seconds(phase_contact)
@@ -345,7 +355,7 @@ contains
          call warm_up(sample, model, error)
          before = model%timers
          do n = 1, steps
-            if (.not. error%happened()) call advance(model, longest_step(sample, model, model%time), error)
+            if (.not. error%happened()) call take_step(model, longest_step(sample, model, model%time), error)
          end do
          each = sum(model%timers%seconds - before%seconds, mask=particle_rows(size(before%seconds), &
             before%names)) /(steps*real(model%particle_count(), wp))

@@ -8,6 +8,7 @@ module m_static_plan
    use m_model, only: model_t
    use m_forecast, only: model_bytes
    use m_integrator, only: integrator_t
+   use m_move_regions, only: move_regions
    use m_figures, only: figures_t
    use m_console, only: console_t
    use m_errors, only: error_t
@@ -43,6 +44,7 @@ contains
          if (model%time >= scene%end_time) exit
          began = wall_time()
          call integrator%step(model, integrator%next_step(scene, model, 1.0_wp), error)
+         call move_regions(model, error)
          call console%lines(integrator%messages())
          if (error%happened()) then
             error%message = 'no plan can be made, because the first steps of the scene fail: '//error%message

@@ -70,6 +70,7 @@ program state
    use m_speed_bounds, only: bound_speeds
    use m_integrator, only: integrator_t
    use m_advance, only: explicit_t
+   use m_move_regions, only: move_regions
    use m_changing, only: changing_t
    use m_energy, only: balance_t
    use m_state, only: describe_state, block_state
@@ -177,6 +178,7 @@ contains
       integer :: n
       do n = 1, steps
          call integrator%step(model, integrator%next_step(scene, model, 1.0_wp), error)
+         call move_regions(model, error)
       end do
       call balance%follow(model)
    end subroutine go
