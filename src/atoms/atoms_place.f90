@@ -13,7 +13,7 @@ module m_atoms_place
    use m_text, only: si, to_text
    implicit none
    private
-   public :: refuse_others, find_host, check_box
+   public :: refuse_others, find_host, check_box, particle_width
 
    real(wp), parameter :: whole = 1.0e-6_wp   !< of a constant: edges of the box are whole numbers of it
 
@@ -80,6 +80,14 @@ contains
                    'nor angular_velocity at the start')
    end subroutine find_host
 
+   !> Of the particles of a body on the finest level, m.
+   pure real(wp) function particle_width(scene, host) result(width)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: host
+      width = scene%grid%cell_size/(2**size(scene%levels))/nint(scene%bodies(host)%particles_per_cell &
+                                                                **(1.0_wp/3.0_wp))
+   end function particle_width
+
    !> Edges of whole lattice constants, faces between particles, pads within the body.
    subroutine check_box(spec, scene, lower, upper, host, error)
       type(atoms_t), intent(in) :: spec
@@ -90,8 +98,7 @@ contains
       real(wp) :: low(3), high(3), particle, pad, edge
       integer :: k
       call scene%bodies(host)%shape%bounding_box(low, high)
-      particle = scene%grid%cell_size/(2**size(scene%levels))/nint(scene%bodies(host)%particles_per_cell &
-                                                                    **(1.0_wp/3.0_wp))
+      particle = particle_width(scene, host)
       pad = spec%pad_width()
       associate (a => spec%crystal%constant)
          do k = 1, 3

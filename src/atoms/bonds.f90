@@ -29,6 +29,7 @@ module m_bonds
       real(wp) :: worst = 0.0_wp            !< largest relative change of a near bond's length in this step
    contains
       procedure :: build
+      procedure :: crossings
       procedure :: forces
       procedure :: is_broken
    end type bonds_t
@@ -106,6 +107,20 @@ contains
          self%first(m) = norm2(d)
       end subroutine put
    end subroutine find_crossings
+
+   !> Where bonds between atoms at places (3, atoms) cross, (3, crossings), m.
+   pure function crossings(self, x) result(places)
+      class(bonds_t), intent(in) :: self
+      real(wp), intent(in) :: x(:, :)
+      real(wp), allocatable :: places(:, :)
+      integer :: n
+      allocate (places(3, size(self%share)))
+      do n = 1, size(self%share)
+         associate (i => self%across(1, n), j => self%across(2, n))
+            places(:, n) = x(:, i) + self%share(n)*(x(:, j) - x(:, i))
+         end associate
+      end do
+   end function crossings
 
    !> Where the way from p (0) to p + d (1) enters and leaves the box; it stays outside if it leaves before it
    !> enters.

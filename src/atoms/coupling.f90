@@ -7,7 +7,7 @@ module m_coupling
    use m_errors, only: error_t, fail
    use m_atom_fields, only: defects_of, write_dump_of => write_dump
    use m_atoms, only: atoms_t
-   use m_atoms_place, only: check_box, find_host, refuse_others
+   use m_atoms_place, only: check_box, find_host, particle_width, refuse_others
    use m_communicator, only: communicator_t
    use m_dynamics, only: dynamics_t
    use m_effect, only: effect_slot_t
@@ -35,7 +35,7 @@ module m_coupling
       type(node_patch_t) :: patch
       real(wp) :: behind = 0.0_wp                  !< how far the atoms are behind the particles, s
       type(tool_push_t), allocatable :: pushes(:)  !< (tools) of the last step
-      integer :: counts(2) = 0                     !< real atoms, pads
+      integer :: counts(3) = 0                     !< real atoms, pads, corners of the mesh of the interface
    contains
       procedure :: build
       procedure :: couple
@@ -102,16 +102,17 @@ contains
       complaint = ''
       if (communicator%is_root()) then
          allocate (self%atoms)
-         call self%atoms%create(spec, body, lower, upper, complaint)
+         call self%atoms%create(spec, body, lower, upper, particle_width(scene, host), complaint)
          if (complaint == '') ignored = defects_of(self%atoms)
          if (complaint /= '') call fail(error, exit_input, spec%group_text()//': '//complaint)
-         self%counts = [self%atoms%real_atoms, self%atoms%atoms - self%atoms%real_atoms]
+         self%counts = [self%atoms%real_atoms, self%atoms%atoms - self%atoms%real_atoms, &
+                        size(self%atoms%mesh%x, 2)]
       end if
       call communicator%agree(error)
       if (error%happened()) return
       if (communicator%is_root()) call self%atoms%set_velocities(scene%bodies(host)%velocity, &
             reshape([(0.0_wp, k=1, 9)], [3, 3]), [0.0_wp, 0.0_wp, 0.0_wp])
-      call MPI_Bcast(self%counts, 2, MPI_INTEGER, 0, communicator%comm)
+      call MPI_Bcast(self%counts, 3, MPI_INTEGER, 0, communicator%comm)
       call share_sums(self, communicator)
       allocate (self%pushes(size(scene%tools)))
       call describe(self, scene, host)
@@ -224,7 +225,7 @@ contains
          if (size(tools) > 0) call atoms%repulsion%begin_step(time, time_step)
          given = patch%given
          patch%given = 0.0_wp
-         call patch%add(atoms%place, atoms%force, time_step, atoms%missed)
+         call atoms%mesh%add(patch, atoms%place, atoms%force, time_step, atoms%missed)
          lost = atoms%pad_velocities(patch, expects=.true.)
          patch%given = given
          self%behind = 0.5_wp*time_step
@@ -297,12 +298,14 @@ contains
    end subroutine accumulate
 
    !> What the next step reads besides particles and tools: places and velocities of all atoms (LAMMPS's
-   !> units), what contact adds to the speeds of pads (m/s), zeros on other ranks than 0; works so far.
+   !> units) and of the mesh of the interface (SI), what contact adds to the speeds of pads and mesh (m/s),
+   !> zeros on other ranks than 0; works so far.
    subroutine get_state(self, x, v, pushes, sums)
       class(coupling_t), intent(in) :: self
       real(wp), allocatable, intent(out) :: x(:, :), v(:, :), pushes(:, :), sums(:)
       integer :: k
-      allocate (x(3, sum(self%counts)), v(3, sum(self%counts)), pushes(3, self%counts(2)), source=0.0_wp)
+      allocate (x(3, sum(self%counts)), v(3, sum(self%counts)), pushes(3, sum(self%counts(2:))), &
+                source=0.0_wp)
       sums = [self%behind, self%work, self%tool_work, self%tool_work_in_balance, self%sums%taken, &
               self%sums%kinetic, self%sums%potential, self%sums%momentum, self%sums%angular_momentum, &
               [(0.0_wp, k=1, 6)]]

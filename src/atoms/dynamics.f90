@@ -8,6 +8,7 @@ module m_dynamics
    use m_atoms, only: atoms_t
    use m_bath, only: bath_t, thermal_speeds
    use m_bonds, only: bonds_t
+   use m_interface_mesh, only: interface_mesh_t
    use m_lammps, only: lammps_t
    use m_lammps_potential, only: set_potential
    use m_lattice_sites, only: fill_lattice
@@ -30,13 +31,15 @@ module m_dynamics
    type, public :: dynamics_t
       type(lammps_t) :: lammps
       type(bonds_t) :: bonds
+      type(interface_mesh_t) :: mesh                 !< that bonds push
       integer :: real_atoms = 0, atoms = 0
       real(wp) :: mass = 0.0_wp                      !< of an atom, kg, as LAMMPS moves it
       real(wp), allocatable :: x(:, :)               !< (3, atoms), m: real ones first
       real(wp), allocatable :: force(:, :), place(:, :) !< of the bonds now: on the continuum, N; where, m
       real(wp) :: first_potential = 0.0_wp           !< J
-      real(wp), allocatable :: pad_speed(:, :)       !< (3, pads) as nodes without contact have it, m/s
-      real(wp), allocatable :: pad_push(:, :)        !< (3, pads) what contact added in the last step, m/s
+      real(wp), allocatable :: pad_speed(:, :)       !< (3, pads and corners of the mesh) as nodes
+                                                     !< without contact have it, m/s
+      real(wp), allocatable :: pad_push(:, :)        !< (the same) what contact added in the last step, m/s
       type(atoms_t) :: spec
       type(node_patch_t), pointer :: patch => null() !< that takes the impulses of the steps that go on
       type(tool_repulsion_t) :: repulsion            !< of tools
@@ -67,11 +70,12 @@ module m_dynamics
 contains
 
    !> All atoms of the lattice within a body. `complaint`: what is wrong; empty: nothing.
-   subroutine create(self, spec, body, lower, upper, complaint)
+   subroutine create(self, spec, body, lower, upper, width, complaint)
       class(dynamics_t), intent(inout) :: self
       type(atoms_t), intent(in) :: spec
       class(shape_t), intent(in) :: body         !< with nothing cut out of it
       real(wp), intent(in) :: lower(3), upper(3) !< of the box, within the body, m
+      real(wp), intent(in) :: width              !< of the particles around it, m
       character(len=:), allocatable, intent(out) :: complaint
       real(wp), allocatable :: places(:, :)
       self%spec = spec
@@ -84,8 +88,10 @@ contains
       call self%bonds%build(places, self%real_atoms, spec%crystal%potential, lower, upper, &
                             nearest(spec%crystal%neighbours))
       allocate (self%force(3, size(self%bonds%share)), self%place(3, size(self%bonds%share)), source=0.0_wp)
-      associate (pads => self%atoms - self%real_atoms)
-         allocate (self%pad_speed(3, pads), self%pad_push(3, pads), source=0.0_wp)
+      call self%mesh%build(lower, upper, width)
+      call self%mesh%settle(self%bonds%crossings(places), lower, upper)
+      associate (followers => self%atoms - self%real_atoms + size(self%mesh%x, 2))
+         allocate (self%pad_speed(3, followers), self%pad_push(3, followers), source=0.0_wp)
       end associate
       call self%bath%build(spec, body, places(:, :self%real_atoms), lower, upper)
       call begin(self, complaint)
@@ -177,6 +183,7 @@ contains
       call c_f_pointer(f, rows, [1])
       call c_f_pointer(rows(1), places, [3, int(count)])
       places = 0.0_wp ! what acts on them besides the potential
+      if (associated(self%patch) .and. .not. self%anew) self%mesh%x = self%mesh%x + self%time_step*self%mesh%v
       call self%bonds%forces(self%spec%crystal%potential, self%x, associated(self%patch), self%force, &
                              self%place)
       if (allocated(self%repulsion%pairs)) then
@@ -225,7 +232,7 @@ contains
    subroutine accumulate(self, share)
       type(dynamics_t), intent(inout) :: self
       real(wp), intent(in) :: share
-      call self%patch%add(self%place, self%force, share*self%time_step, self%missed)
+      call self%mesh%add(self%patch, self%place, self%force, share*self%time_step, self%missed)
       if (allocated(self%repulsion%pairs)) call self%repulsion%accumulate(self%x, share*self%time_step)
    end subroutine accumulate
 
@@ -259,8 +266,8 @@ contains
       complaint = self%lammps%fault
    end subroutine advance
 
-   !> The pads go with the nodes of the patch, and with `expects` as contact has changed their speeds in the
-   !> step before; how many none with mass is near to.
+   !> Pads and mesh go with the nodes of the patch, and with `expects` as contact has changed their speeds in
+   !> the step before; how many none with mass is near to.
    integer function pad_velocities(self, patch, expects) result(lost)
       class(dynamics_t), intent(inout) :: self
       type(node_patch_t), intent(in) :: patch
@@ -281,6 +288,13 @@ contains
          self%pad_speed(:, pad) = velocity
          if (expects) velocity = velocity + self%pad_push(:, pad)
          v(:, n) = metre_a_second*velocity
+      end do
+      do n = 1, size(self%mesh%x, 2)
+         pad = self%atoms - self%real_atoms + n
+         call patch%velocity_at(self%mesh%x(:, n), self%mesh%v(:, n), reached)
+         if (.not. reached) lost = lost + 1
+         self%pad_speed(:, pad) = self%mesh%v(:, n)
+         if (expects) self%mesh%v(:, n) = self%mesh%v(:, n) + self%pad_push(:, pad)
       end do
    end function pad_velocities
 
@@ -399,7 +413,8 @@ contains
       end do
    end subroutine momentum
 
-   !> Places and velocities of all atoms as LAMMPS has them (angstrom, angstrom/ps), (3, atoms) by number.
+   !> Places and velocities of all atoms as LAMMPS has them (angstrom, angstrom/ps), (3, atoms) by number, and
+   !> after them those of the mesh (m, m/s).
    subroutine get_motion(self, x, v)
       class(dynamics_t), intent(in) :: self
       real(wp), intent(out) :: x(:, :), v(:, :)
@@ -410,9 +425,11 @@ contains
       x(:, ids) = values
       call self%lammps%vectors('v', values)
       v(:, ids) = values
+      x(:, self%atoms + 1:) = self%mesh%x
+      v(:, self%atoms + 1:) = self%mesh%v
    end subroutine get_motion
 
-   !> Put all atoms to such places with such velocities.
+   !> Put all atoms and the mesh to such places with such velocities.
    subroutine set_motion(self, x, v)
       class(dynamics_t), intent(inout) :: self
       real(wp), intent(in) :: x(:, :), v(:, :)
@@ -423,7 +440,9 @@ contains
       values = x(:, ids)
       call self%lammps%vectors('v', values)
       values = v(:, ids)
-      self%x = angstrom*x
+      self%x = angstrom*x(:, :self%atoms)
+      self%mesh%x = x(:, self%atoms + 1:)
+      self%mesh%v = v(:, self%atoms + 1:)
       call self%lammps%command('run 0 post no')
    end subroutine set_motion
 

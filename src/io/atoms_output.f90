@@ -55,7 +55,7 @@ contains
       type(coupling_t), intent(inout) :: coupling
       type(atom_fields_t) :: fields
       integer :: n
-      atoms%n_total = sum(coupling%counts)
+      atoms%n_total = sum(coupling%counts(:2))
       if (associated(coupling%atoms)) then
          call fields_of(coupling%atoms, fields)
          atoms%n_local = coupling%atoms%atoms

@@ -21,7 +21,7 @@ module m_state
    private
    public :: describe_state, block_state, set_block_state, regions_of, set_regions
 
-   integer, parameter, public :: state_format = 13 !< of checkpoints
+   integer, parameter, public :: state_format = 14 !< of checkpoints
    integer, parameter, public :: block_reals = 13  !< per block
    integer, parameter :: sums = 12
    integer(i8), parameter :: max_faces = 2_i8**25 !< of the ghost penalty, of all ranks
@@ -108,7 +108,8 @@ contains
       end associate
    end subroutine describe_statics
 
-   !> A box of atoms: positions and velocities in LAMMPS's units, to the bit.
+   !> A box of atoms: positions and velocities in LAMMPS's units, to the bit; those of the mesh of its
+   !> interface follow them.
    subroutine describe_atoms(store, model, error)
       class(state_store_t), intent(inout) :: store
       type(model_t), intent(inout) :: model

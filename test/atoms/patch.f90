@@ -17,9 +17,11 @@ program patch
    use m_snapshot_formats, only: known_formats
    use m_errors, only: error_t
    use m_lammps, only: lammps_t, usual_library
+   use m_lattice, only: lattice_t
    use m_materials, only: known_materials
    use m_model, only: model_t
    use m_offer, only: catalogue_t
+   use m_polar, only: determinant
    use m_scene, only: scene_t
    use m_scene_reader, only: interpret_scene
    use m_speed_bounds, only: bound_speeds
@@ -33,6 +35,8 @@ program patch
    character(len=*), parameter :: of_metal = 'potential='''//metal//''', element=''Xx'''
    character(len=*), parameter :: of_argon = &
       'style=''lj/smooth/linear'', epsilon=1.65e-21, sigma=3.405e-10, cutoff=8.5e-10'
+   real(wp), parameter :: identity(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, &
+                                                    0.0_wp, 1.0_wp], [3, 3])
    real(wp), parameter :: constant = 3.6044071e-10_wp !< of the metal, m, near it
    type(communicator_t) :: comm
    type(assertions_t) :: test
@@ -49,20 +53,19 @@ program patch
       call get_command_argument(1, argument)
       select case (argument)
       case ('styles') ! files of LAMMPS
-         call strain_both(.true., 'style=''eam'', potential=''Cu_u3.eam''', 8900.0_wp, 3.615e-10_wp)
-         call strain_both(.true., 'style=''eam/fs'', potential=''Al_mm.eam.fs'', element=''Al''', 2700.0_wp, &
+         call strain_both('style=''eam'', potential=''Cu_u3.eam''', 8900.0_wp, 3.615e-10_wp)
+         call strain_both('style=''eam/fs'', potential=''Al_mm.eam.fs'', element=''Al''', 2700.0_wp, &
                           4.05e-10_wp)
-         call strain_both(.true., 'potential=''Cu_mishin1.eam.alloy'', element=''Cu''', 8936.0_wp, &
+         call strain_both('potential=''Cu_mishin1.eam.alloy'', element=''Cu''', 8936.0_wp, &
                           3.615e-10_wp)
-         call strain_both(.true., of_argon//', lattice=''fcc'', constant=5.27e-10', 1777.0_wp, 5.27e-10_wp, &
+         call strain_both(of_argon//', lattice=''fcc'', constant=5.27e-10', 1777.0_wp, 5.27e-10_wp, &
                           ', mass=6.6335e-26')
-         call strain_both(.true., 'style=''lj/cut'', epsilon=1.65e-21, sigma=3.405e-10, cutoff=8.5e-10, '// &
+         call strain_both('style=''lj/cut'', epsilon=1.65e-21, sigma=3.405e-10, cutoff=8.5e-10, '// &
                           'lattice=''fcc'', constant=5.27e-10', 1777.0_wp, 5.27e-10_wp, ', mass=6.6335e-26')
          call keep_warm()
       case default
          call rest()
-         call strain_both(.true., of_metal, 8500.0_wp, constant)
-         call strain_both(.false., of_metal, 8500.0_wp, constant)
+         call strain_both(of_metal, 8500.0_wp, constant)
          call fly()
       end select
    else
@@ -108,32 +111,43 @@ contains
       text = exact_text(x)//','//exact_text(x)//','//exact_text(x)
    end function three
 
-   !> Particles and atoms move as L (x - middle).
-   subroutine set_in_motion(model, l, middle)
+   !> Particles are at the strain f and move as L (x - middle).
+   subroutine strain_particles(model, f, l, middle)
       type(model_t), intent(inout) :: model
-      real(wp), intent(in) :: l(3, 3), middle(3)
-      integer :: b, p
+      real(wp), intent(in) :: f(3, 3), l(3, 3), middle(3)
+      integer :: b, p, k
       associate (at => model%levels(1)%layout)
          do b = 1, size(model%levels(1)%blocks)
-            associate (particles => model%levels(1)%blocks(b)%particles)
+            associate (particles => model%levels(1)%blocks(b)%particles, column => &
+                       model%levels(1)%blocks(b)%particles%column)
                do p = 1, particles%count
-                  particles%column(p, at%velocity:at%velocity + 2) = &
-                     matmul(l, particles%column(p, at%position:at%position + 2) - middle)
-                  particles%column(p, at%gradient:at%gradient + 8) = reshape(l, [9])
+                  associate (x => column(p, at%position:at%position + 2))
+                     x = middle + matmul(f, x - middle)
+                     column(p, at%velocity:at%velocity + 2) = matmul(l, x - middle)
+                  end associate
+                  column(p, at%gradient:at%gradient + 8) = reshape(l, [9])
+                  do k = at%domain, at%domain + 6, 3
+                     column(p, k:k + 2) = matmul(f, column(p, k:k + 2))
+                  end do
+                  column(p, at%volume) = determinant(f)*column(p, at%volume)
+                  select type (law => model%materials%slots(1)%law)
+                  class is (lattice_t)
+                     call law%settle(column, at, p, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], f)
+                  end select
                end do
                call particles%changed()
             end associate
          end do
       end associate
-      if (associated(box%atoms)) &
-         call box%atoms%set_velocities([0.0_wp, 0.0_wp, 0.0_wp], l, middle)
-   end subroutine set_in_motion
+   end subroutine strain_particles
 
    !> Nothing moves. Near neighbours press, others pull: only all bonds together, with those between two pads
    !> that cut an edge of the box, leave nodes in balance. The control leaves these out.
    subroutine rest()
       type(model_t), target :: model
       type(error_t) :: error
+      real(wp), parameter :: c = sqrt(0.75_wp), turn(3, 3) = &
+         reshape([c, 0.5_wp, 0.0_wp, -0.5_wp*c, c*c, 0.5_wp, 0.25_wp, -0.5_wp*c, c], [3, 3])
       real(wp) :: a, left(2)
       integer :: n, missed
       a = constant_of(of_argon, 5.27e-10_wp)
@@ -152,7 +166,7 @@ contains
                where (spread(atoms%bonds%across(1, :) > atoms%real_atoms, 1, 3)) atoms%force = 0.0_wp
             end if
             box%patch%given = 0.0_wp
-            call box%patch%add(atoms%place, atoms%force, 1.0_wp, missed)
+            call atoms%mesh%add(box%patch, atoms%place, atoms%force, 1.0_wp, missed)
             left(n) = maxval(abs(box%patch%given))/(0.01_wp*atoms%spec%crystal%c11*(4*a)**2)
          end associate
       end do
@@ -160,71 +174,136 @@ contains
       call say('control, without the bonds between two pads', left(2))
       call test%check(left(1) < 1.0e-9_wp, 'nothing pushes at rest')
       call test%check(left(2) > 1.0e-3_wp, 'bonds that cut edges count')
+      associate (atoms => box%atoms)
+         atoms%mesh%x = strained(atoms%mesh%x, turn, [28*a, 28*a, 28*a])
+         call atoms%place_all(strained(atoms%x, turn, [28*a, 28*a, 28*a]))
+         box%patch%motion(1, :, :, :) = 1.0_wp ! all nodes are there
+         do n = 1, 2
+            box%patch%given = 0.0_wp
+            if (n == 1) call atoms%mesh%add(box%patch, atoms%place, atoms%force, 1.0_wp, missed)
+            if (n == 2) call box%patch%add(atoms%place, atoms%force, 1.0_wp, missed)
+            left(n) = maxval(abs(box%patch%given))/(atoms%spec%crystal%c44*(4*a)**2)
+         end do
+         call say('turned by 30 degrees, force on an atom, of c44 on a cell', &
+                  atoms%largest_force()/(atoms%spec%crystal%c44*(4*a)**2))
+         call say('force on a node, the same', left(1))
+         call say('control, hat functions where bonds cross', left(2))
+         call test%check(atoms%largest_force() < 1.0e-9_wp*atoms%spec%crystal%c44*(4*a)**2, 'atoms rest')
+         call test%check(left(1) < 1.0e-9_wp .and. missed == 0, 'nothing pushes when all is turned')
+      end associate
    end subroutine rest
 
-   !> Six strains of 1 % in eight steps, before the surface of the body is heard of. With the reaction of
-   !> bonds at the pads in place of where they cross, nodes are pushed: the control.
-   subroutine strain_both(crossing, potential, density, near, more)
-      logical, intent(in) :: crossing
+   !> Six strains of 1 % in eight steps, before the surface of the body is heard of: mesh and particles come
+   !> to the strain alike. Then all are put to a strain, and to one with a turn: nothing is left on any node.
+   !> With the reaction of bonds at the pads in place of where they cross, or where they cross by the hat
+   !> functions themselves, nodes are pushed: the controls.
+   subroutine strain_both(potential, density, near, more)
       character(len=*), intent(in) :: potential
       real(wp), intent(in) :: density, near !< kg/m3; a constant near the lattice's, m
       character(len=*), intent(in), optional :: more
-      integer :: steps
+      integer, parameter :: steps = 8
       type(model_t), target :: model
       type(error_t) :: error
-      real(wp) :: l(3, 3), f(3, 3), a, step, left, traction, middle(3), pull
-      real(wp), allocatable :: first(:, :), places(:, :), forces(:, :)
-      integer :: i, n
-      steps = merge(8, 4, crossing)
+      real(wp) :: l(3, 3), f(3, 3), a, step, middle(3)
+      real(wp), allocatable :: first(:, :), mesh(:, :), x(:, :)
+      integer :: n
       call build(potential, density, constant_of(potential, near), model, more)
       if (.not. allocated(model%atoms)) return
       a = box%spec%crystal%constant
-      if (.not. crossing .and. associated(box%atoms)) box%atoms%bonds%share = &
-         merge(1.0_wp, 0.0_wp, box%atoms%bonds%sense == 1)
       middle = 28*a
       step = 0.3_wp*4*a/sqrt(model%materials%slots(1)%law%p_wave_modulus()/density)
       l = 0.01_wp/(steps*step)*reshape([1.0_wp, 0.3_wp, -0.4_wp, 0.3_wp, -0.6_wp, 0.5_wp, -0.4_wp, 0.5_wp, &
                                         0.8_wp], [3, 3])
-      if (associated(box%atoms)) first = box%atoms%x
-      call set_in_motion(model, l, middle)
+      if (associated(box%atoms)) then
+         first = box%atoms%x
+         mesh = box%atoms%mesh%x
+      end if
+      call strain_particles(model, identity, l, middle)
+      if (associated(box%atoms)) call box%atoms%set_velocities([0.0_wp, 0.0_wp, 0.0_wp], l, middle)
       do n = 1, steps
          call advance(model, step, error)
          call test%check(.not. error%happened(), 'steps', error%message)
          if (error%happened()) return
       end do
-      f = steps*step*l
-      do i = 1, 3
-         f(i, i) = f(i, i) + 1.0_wp
+      if (associated(box%atoms)) then ! which are half a step behind
+         x = strained(mesh, identity + (steps - 0.5_wp)*step*l, middle)
+         call say('in motion, the mesh of the interface is apart from the strained one, of the way', &
+                  maxval(norm2(x - box%atoms%mesh%x, 1))/maxval(norm2(x - mesh, 1)))
+         call test%check(maxval(norm2(x - box%atoms%mesh%x, 1)) < 2.0e-2_wp*maxval(norm2(x - mesh, 1)), &
+                         'the mesh goes with the material')
+         x = strained(first, identity + (steps - 0.5_wp)*step*l, middle)
+         call test%check(maxval(norm2(x - box%atoms%x, 1)) < 2.0e-2_wp*maxval(norm2(x - first, 1)), &
+                         'the atoms do')
+      end if
+      f = identity
+      do n = 1, 3
+         f(n, n) = 1.0_wp + 0.01_wp*(1.2_wp - 0.2_wp*n)
       end do
-      traction = maxval(abs(box%spec%crystal%stress(f)))*(4*a)**2
+      call find_left(potential, density, near, f, step, 1.0e-10_wp, more)
+      f = identity + steps*step*l
+      f = matmul(f, reshape([1.0_wp, 0.01_wp, 0.0_wp, -0.01_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], &
+                            [3, 3]))
+      call find_left(potential, density, near, f, step, 1.0e-4_wp, more)
+   end subroutine strain_both
+
+   !> What is left on nodes once all are at the places of the strain f, at rest.
+   subroutine find_left(potential, density, near, f, step, bound, more)
+      character(len=*), intent(in) :: potential
+      real(wp), intent(in) :: density, near, f(3, 3), step, bound !< kg/m3, m; the strain; s
+      character(len=*), intent(in), optional :: more
+      type(model_t), target :: anew
+      type(error_t) :: error
+      real(wp), allocatable :: places(:, :), forces(:, :), at_pads(:, :), first(:, :), mesh(:, :)
+      real(wp) :: left(3), pull, traction, a, middle(3)
+      integer :: k, missed
+      call build(potential, density, constant_of(potential, near), anew, more)
+      if (.not. allocated(anew%atoms)) return
+      a = box%spec%crystal%constant
+      middle = 28*a
+      call strain_particles(anew, f, 0.0_wp*f, middle)
       if (associated(box%atoms)) then
-         do i = 1, size(first, 2)
-            first(:, i) = middle + matmul(f, first(:, i) - middle)
-         end do
-         call box%atoms%place_all(first)
+         first = box%atoms%x
+         mesh = box%atoms%mesh%x
+         call box%atoms%place_all(strained(first, f, middle))
+         mesh = strained(mesh, f, middle)
+         box%atoms%mesh%x = mesh
          places = box%atoms%place
          forces = box%atoms%force
+         at_pads = strained(first(:, box%atoms%bonds%across(2, :)), f, middle)
          pull = maxval(norm2(forces, 1))
-         if (crossing) then
-            call say('force on an atom, of a bond''s', box%atoms%largest_force()/pull)
-            call test%check(box%atoms%largest_force() < 1.0e-9_wp*pull, 'no atom is pushed')
-         end if
+         call say('force on an atom, of a bond''s', box%atoms%largest_force()/pull)
+         call test%check(box%atoms%largest_force() < 1.0e-9_wp*pull, 'no atom is pushed')
       end if
-      call advance(model, step, error) ! what the nodes have of the continuum alone is known then
+      call advance(anew, step, error) ! what the nodes have of the continuum alone is known then
       call test%check(.not. error%happened(), 'steps', error%message)
       if (error%happened() .or. .not. comm%is_root()) return
-      box%patch%given = 0.0_wp
-      n = 0
-      call box%patch%add(places, forces, 1.0_wp, n)
-      left = largest_left(model)/traction
-      if (crossing) then
-         call say('force left on a node, of the traction on a cell', left)
-         call test%check(left < merge(8.0e-3_wp, 6.0e-3_wp, argument == 'styles'), 'no node is pushed')
-      else
-         call say('control, reactions at the pads: force left on a node', left)
-         call test%check(left > 2.0e-2_wp, 'reactions at the pads push nodes')
-      end if
-   end subroutine strain_both
+      traction = maxval(abs(box%spec%crystal%stress(f)))*(4*a)**2
+      missed = 0
+      box%atoms%mesh%x = mesh
+      do k = 1, 3
+         box%patch%given = 0.0_wp
+         if (k == 1) call box%atoms%mesh%add(box%patch, places, forces, 1.0_wp, missed)
+         if (k == 2) call box%patch%add(places, forces, 1.0_wp, missed)
+         if (k == 3) call box%patch%add(at_pads, forces, 1.0_wp, missed)
+         left(k) = largest_left(anew)/traction
+      end do
+      call say('force left on a node, of the traction on a cell', left(1))
+      call say('control, hat functions where bonds cross', left(2))
+      call say('control, reactions at the pads', left(3))
+      call test%check(left(1) < bound, 'no node is pushed')
+      call test%check(left(2) > 1.0e-4_wp, 'hat functions alone push nodes')
+      call test%check(left(3) > 2.0e-2_wp, 'reactions at the pads push nodes')
+   end subroutine find_left
+
+   !> Places (3, n) of a strain about the middle, m.
+   pure function strained(x, f, middle) result(y)
+      real(wp), intent(in) :: x(:, :), f(3, 3), middle(3)
+      real(wp) :: y(3, size(x, 2))
+      integer :: n
+      do n = 1, size(x, 2)
+         y(:, n) = middle + matmul(f, x(:, n) - middle)
+      end do
+   end function strained
 
    !> The constant by the potential, near one: scenes must have whole numbers of it.
    real(wp) function constant_of(potential, near) result(a)
@@ -284,7 +363,9 @@ contains
       step = 0.3_wp*4*a/sqrt(model%materials%slots(1)%law%p_wave_modulus()/1777.0_wp)
       l = 0.002_wp*min(1.0_wp, 20.0_wp/steps)/step &
           *reshape([0.1_wp, 0.4_wp, -0.3_wp, -0.2_wp, -0.2_wp, 0.4_wp, 0.3_wp, -0.1_wp, 0.2_wp], [3, 3])
-      call set_in_motion(model, l, [26*a, 27*a, 29*a])
+      call strain_particles(model, identity, l, [26*a, 27*a, 29*a])
+      if (associated(box%atoms)) &
+         call box%atoms%set_velocities([0.0_wp, 0.0_wp, 0.0_wp], l, [26*a, 27*a, 29*a])
       do n = 0, steps
          if (n > 0) call advance(model, step, error)
          call test%check(.not. error%happened(), 'steps', error%message)
