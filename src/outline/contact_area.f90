@@ -304,7 +304,7 @@ contains
    end function closed_points
 
    !> Points at a ridge of the tool that bear pressure: nodes do not follow the ridge, so that points beside
-   !> it hover within the contact.
+   !> it hover within the contact. Points with the compliance below a cell are pressed there themselves.
    pure function bearing_at_ridge(points, squares, in_contact, cell) result(bearing)
       type(surface_point_t), intent(in) :: points(:)
       type(squares_t), intent(in) :: squares
@@ -314,7 +314,8 @@ contains
       real(wp) :: least
       integer :: near(size(points)), m, n, p
       least = max(0.0_wp, bears*sum(points%pressure, mask=in_contact)/max(1, count(in_contact)))
-      bearing = .not. (in_contact .or. points%beside > 0.0_wp) .and. points%pressure > least &
+      bearing = .not. (in_contact .or. points%beside > 0.0_wp .or. points%modulus > 0.0_wp) &
+                .and. points%pressure > least &
                 .and. points%gap < hovers*points%edge
       do p = 1, size(points)
          if (.not. bearing(p)) cycle

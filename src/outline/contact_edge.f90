@@ -99,8 +99,8 @@ contains
       logical, intent(out) :: known
       real(wp), intent(out) :: back !< m
       real(wp), dimension(size(points)) :: along, face, gap, pressure
-      real(wp) :: edge, way(2)
-      logical :: pressed(size(points))
+      real(wp) :: edge, middle, way(2)
+      logical, dimension(size(points)) :: pressed, used
       integer :: m, n
       n = 0
       do m = 1, size(points)
@@ -115,7 +115,13 @@ contains
          pressure(n) = points(m)%traction/points(m)%modulus
          face(n) = points(m)%edge/cell
       end do
-      call fit_field(along(:n), gap(:n), pressure(:n), face(:n), pressed(:n), edge, known)
+      ! a contact that is narrow here, as in the corner of a pyramid: the field has one edge, so points of the
+      ! far side do not count
+      middle = sum(along(:n), mask=pressed(:n))/max(1, count(pressed(:n)))
+      used(:n) = along(:n) > middle - strip
+      if (.not. any(.not. pressed(:n) .and. along(:n) < middle)) used(:n) = .true.
+      call fit_field(pack(along(:n), used(:n)), pack(gap(:n), used(:n)), pack(pressure(:n), used(:n)), &
+                     pack(face(:n), used(:n)), pack(pressed(:n), used(:n)), edge, known)
       back = merge(-edge*cell, 0.0_wp, known)
    end subroutine fit_pressures
 

@@ -22,6 +22,7 @@ bounds = {
         "H/Y, true area": 4.0,
         "H/Y, area of the profile": 5.0,
     },
+    "pyramid_85": {"P/(E'h^2 tan)": 2.0, "H tan/E', true area": 3.0},
     "impact": {
         "largest depth over exact": 1.0,
         "largest load over exact": 1.0,
