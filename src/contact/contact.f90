@@ -1,6 +1,7 @@
 !> Contact of the bodies with rigid tools and with each other: candidates, contact forces, and their effect on
 !> the nodes (theory.md, eqs contact-*).
 module m_contact
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use mpi_f08
    use m_kinds, only: wp, i8
    use m_constants, only: exit_numerical
@@ -275,7 +276,7 @@ contains
             b(c) = b(c)*scale
             x(c) = 0.0_wp
             if (scale > 0.0_wp) x(c) = it%force/scale
-            if (abs(b(c)) <= huge(1.0_wp) .and. abs(x(c)) <= huge(1.0_wp)) cycle
+            if (ieee_is_finite(b(c)) .and. ieee_is_finite(x(c))) cycle
             b(c) = huge(1.0_wp) ! makes the error visible to all ranks
             x(c) = 0.0_wp
             call fail(error, exit_numerical, candidate_text(it, self%tools, level, self%time)// &

@@ -1,6 +1,7 @@
 !> The slip of one crystal in one step: power law on all systems with hardening, solved implicitly together
 !> with the stress (theory.md, eqs crystal-flow, crystal-solve). Components are along the lattice's axes.
 module m_crystal_flow
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use m_kinds, only: wp
    use m_polar, only: cofactors, determinant
    use m_slip_rates, only: crystal_constants_t, rates_t, max_systems, fastest, find_rates, harden, resolve
@@ -131,7 +132,7 @@ contains
             one%strain = one%strain + sqrt(2.0_wp/3.0_wp)*norm2(rates%together(:5))
             return
          end if
-         if (.not. wrong <= huge(wrong)) exit
+         if (.not. ieee_is_finite(wrong)) exit
          guarded = wrong > near*smallest .or. (wrong > falls*before .and. .not. guarded)
          if (guarded) target = now(:5) + rates%together(:5)/constants%compliance
          call take_newton_step(constants, width, guarded, reach, now, harder, rates, stress, resistance)

@@ -2,6 +2,7 @@
 !> their law from the beginning of the step, and the tangent are stored separately (theory.md, eq.
 !> static-residual).
 module m_trial_state
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use, intrinsic :: iso_fortran_env, only: real32
    use m_kinds, only: wp
    use m_vectors, only: cross
@@ -103,7 +104,7 @@ contains
                           self%gradient(first:last, :), self%force(first:last, :), determinant, &
                           trial_status%too_long)
             trial_status%largest = max(trial_status%largest, maxval(abs(self%gradient(first:last, :))))
-            if (.not. all(abs(self%force(first:last, :)) <= huge(1.0_wp))) trial_status%finite = .false.
+            if (.not. all(ieee_is_finite(self%force(first:last, :)))) trial_status%finite = .false.
             if (.not. minval(determinant(:n)) >= trial_status%smallest) then
                trial_status%smallest = minval(determinant(:n))
                trial_status%block = b

@@ -1,6 +1,7 @@
 !> Error messages about a particle: which, where, on which level, what was found, what is allowed, what to
 !> try.
 module m_complaints
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use mpi_f08
    use m_kinds, only: wp, i8
    use m_constants, only: block_size, exit_numerical
@@ -39,7 +40,7 @@ contains
                place = (position - block%origin)*level%grid%per_cell
                if (all(abs(place - 0.5_wp*(block_size - 1)) <= 1.5_wp*block_size - 0.5_wp)) cycle
             end if
-            if (.not. all(abs(position) <= huge(1.0_wp))) then
+            if (.not. all(ieee_is_finite(position))) then
                call fail(error, exit_numerical, particle_text(model, l, b, p)// &
                          ' has a position that is not a number'//unstable, recoverable=.true.)
             else
@@ -152,7 +153,7 @@ contains
          associate (law => model%materials%slots(model%materials%of_body(particles%body(p)))%law)
             if (law%fault_text() == '') return
             ! only if the velocities are finite: else the motion is the cause, not the law
-            if (.not. all(abs(particles%column(p, at%velocity:at%velocity + 2)) <= huge(1.0_wp))) return
+            if (.not. all(ieee_is_finite(particles%column(p, at%velocity:at%velocity + 2)))) return
             call fail(error, exit_numerical, particle_text(model, l, b, p)//law%fault_text(), &
                       recoverable=.true.)
          end associate
@@ -190,7 +191,7 @@ contains
       associate (particles => model%levels(l)%blocks(b)%particles)
          do c = field%first, field%first + field%components - 1
             do p = 1, particles%count
-               if (abs(particles%column(p, c)) <= huge(1.0_wp)) cycle
+               if (ieee_is_finite(particles%column(p, c))) cycle
                if (field%first == model%levels(l)%layout%stress) call report_by_law(model, l, b, p, error)
                call fail(error, exit_numerical, particle_text(model, l, b, p)//' has '//field%name//' '// &
                          to_text(particles%column(p, c))//' '//field%unit//', which is not finite'// &
@@ -256,7 +257,7 @@ contains
          place = block%particles%column(p, x:x + 2)
          low = block%origin - 0.5_wp*level%grid%cell
          high = block%origin + 7.5_wp*level%grid%cell
-         if (all(abs(place) <= huge(1.0_wp))) then
+         if (all(ieee_is_finite(place))) then
             text = text//' at '//place_text(place)
          else
             text = text//' between '//place_text(low)//' and '//place_text(high)

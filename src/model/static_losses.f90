@@ -1,6 +1,7 @@
 !> Energy dissipated by implicit steps, other than by contact and effects (theory.md, Quasi-static steps,
 !> Balance of energy).
 module m_static_losses
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use mpi_f08
    use m_kinds, only: wp
    use m_communicator, only: communicator_t
@@ -70,7 +71,7 @@ contains
             good = row(1) >= 1.0_wp .and. row(1) <= size(levels) .and. row(2) >= 1.0_wp &
                    .and. row(3) >= 1.0_wp .and. row(3) <= 3.0_wp &
                    .and. all(row(4:6) >= 0.0_wp) .and. all(row(4:6) <= tile_last) &
-                   .and. all(abs(row(7:)) <= huge(row))
+                   .and. all(ieee_is_finite(row(7:)))
             if (good) good = row(2) <= size(levels(nint(row(1)))%owner)
             if (good) good = row(3 + nint(row(3))) >= 1.0_wp .and. row(3 + nint(row(3))) <= tile_last - 1
             if (.not. good) return

@@ -1,5 +1,6 @@
 !> Files of embedded-atom potentials as LAMMPS reads them: funcfl (style eam) and setfl (eam/alloy, eam/fs).
 module m_potential_file
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use m_kinds, only: wp
    use m_checksum, only: text_checksum
    use m_filesystem, only: never_ends, read_file
@@ -255,7 +256,7 @@ contains
       if (self%failed) return
       read (text, *, iostat=status) number
       if (status /= 0) self%failed = .true.
-      if (.not. abs(number) <= huge(number)) self%failed = .true.
+      if (.not. ieee_is_finite(number)) self%failed = .true.
    end function number
 
    !> As many numbers.
