@@ -20,6 +20,7 @@ module m_partner_point
    real(wp), parameter :: hair = 1.0e-6_wp !< of the weights: a face so near to a plane of nodes is on it. The
                                            !< node beyond has a weight and a mass of round-off, whose ratio is
                                            !< undefined
+   real(wp), parameter :: no_mass = 1.0e-6_wp !< relative mass of a node below which it bears less and less
    real(wp), parameter :: min_held = 0.2_wp  !< of the weights that must remain
 
 contains
@@ -118,11 +119,19 @@ contains
       n = face%last
       associate (weight => face%weight(0:n, 0:n, 0:n))
          where (weight < hair) weight = 0.0_wp
-         weight = min(weight, max_weight*sqrt(mass(0:n, 0:n, 0:n)/particle_mass))
+         weight = min(weight, max_weight*bearable(mass(0:n, 0:n, 0:n)/particle_mass))
          total = sum(weight)
          held = total > min_held
          if (held) weight = weight/total
       end associate
    end subroutine cap
+
+   !> Weight that a node can bear, by its mass relative to the particle's. The square root alone would keep
+   !> weight squared over mass, by which a force moves the point, whatever the mass: a node of round-off would
+   !> make the point as soft as a node of the particle.
+   pure elemental real(wp) function bearable(mass)
+      real(wp), intent(in) :: mass
+      bearable = sqrt(mass)*min(1.0_wp, mass/no_mass)
+   end function bearable
 
 end module m_partner_point

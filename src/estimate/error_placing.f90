@@ -165,8 +165,7 @@ contains
                   do p = 1, block%particles%count
                      x = block%particles%column(p, at%position:at%position + 2)
                      e = extents(block%particles%column(p, :), at)
-                     a = min(max(floor((x - e - grid%lower)*grid%per_cell), 0), grid%cells - 1)
-                     z = min(max(floor((x + e - grid%lower)*grid%per_cell), 0), grid%cells - 1)
+                     call grid%cells_of_box(x - e, x + e, a, z)
                      associate (low => lowest(a(1):z(1), a(2):z(2), a(3):z(3)), &
                                 high => highest(a(1):z(1), a(2):z(2), a(3):z(3)))
                         low = min(low, block%field)

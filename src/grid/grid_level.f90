@@ -31,6 +31,7 @@ module m_grid_level
       integer :: rows(2) = [0, tile_last] !< first and last index along y in a node tile that is in use
    contains
       procedure :: nearest_node
+      procedure :: cells_of_box
       procedure :: block_of
       procedure :: block_origin
       procedure :: block_count
@@ -39,6 +40,8 @@ module m_grid_level
       procedure :: block_field
       procedure :: plane
    end type grid_level_t
+
+   real(wp), parameter :: hair = 1.0e-6_wp !< cells: a face so near to a plane of nodes is on it
 
 contains
 
@@ -71,6 +74,16 @@ contains
       integer :: node(3)
       node = floor((position - self%lower)*self%per_cell + 0.5_wp)
    end function nearest_node
+
+   !> First and last cells, from 0, that a box reaches. A face on a plane of nodes reaches the cells on both
+   !> sides of it, so that neither round-off nor the direction of an axis decides.
+   pure subroutine cells_of_box(self, low, high, first, last)
+      class(grid_level_t), intent(in) :: self
+      real(wp), intent(in) :: low(3), high(3) !< m
+      integer, intent(out) :: first(3), last(3)
+      first = min(max(floor((low - self%lower)*self%per_cell - hair), 0), self%cells - 1)
+      last = min(max(floor((high - self%lower)*self%per_cell + hair), 0), self%cells - 1)
+   end subroutine cells_of_box
 
    !> Coordinates of the block whose bins contain a position; on or beyond the sides of the grid the nearest
    !> block.

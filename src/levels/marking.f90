@@ -297,8 +297,9 @@ contains
       real(wp), intent(in) :: low(3), high(3) !< m
       logical, intent(inout) :: touched(0:, 0:, 0:)
       integer :: a(3), z(3)
-      a = max(min(floor((low - grid%lower)*grid%per_cell), grid%cells - 1) - 1, 0)
-      z = min(max(floor((high - grid%lower)*grid%per_cell), 0) + 1, grid%cells - 1)
+      call grid%cells_of_box(low, high, a, z)
+      a = max(a - 1, 0)
+      z = min(z + 1, grid%cells - 1)
       touched(a(1):z(1), a(2):z(2), a(3):z(3)) = .true.
    end subroutine touch
 

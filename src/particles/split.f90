@@ -126,8 +126,8 @@ contains
       end associate
    end subroutine find_suspects
 
-   !> The half edges across which a particle must be split: the longest, if it is too long for the weights;
-   !> under tension, all that are too long for the tension.
+   !> The half edges across which a particle must be split: those that are too long for the weights; under
+   !> tension, those that are too long for the tension.
    pure function edges_to_split(column, p, layout, cell, stuff) result(across)
       real(wp), intent(in), contiguous :: column(:, :) !< (particles, columns)
       integer, intent(in) :: p
@@ -153,7 +153,7 @@ contains
             across = squares > limit**2
          end if
       end if
-      if (maxval(squares) > (longest*cell)**2) across(maxloc(squares, dim=1)) = .true.
+      where (squares > (longest*cell)**2) across = .true. ! where two are as long, neither axis comes first
    end function edges_to_split
 
    !> True for a particle that fills a cell.

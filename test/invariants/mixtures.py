@@ -14,6 +14,7 @@ MIRROR = np.diag([-1.0, 1.0, 1.0])
 QUARTER_TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
 
+HARDENING = 0.02  # modulus of metals, of Young's
 HOLLOW = -1  # a seed: two boxes of contact groups, one with a round hole
 
 
@@ -159,7 +160,7 @@ class Mixture:
         self.poisson = chance.choice([0.0, 0.3, 0.3, 0.4])
         self.gravity, self.exact_end, self.strain, self.free = None, None, 0.0, False
         self.quarter = self.implicit = False
-        self.rubs = False
+        self.rubs = self.branches = False
         if seed == HOLLOW:
             self.family, self.per_cell, self.domain, self.transfer = "groups", 8, "fixed", "plain"
             self.law, self.poisson = "elastic", 0.3
@@ -191,7 +192,7 @@ class Mixture:
         }
         if self.law == "j2":
             yields = YOUNG * 10 ** self.chance.uniform(-2.5, -1.3)
-            values |= {"yield_stress": yields, "hardening_modulus": 0.02 * YOUNG}
+            values |= {"yield_stress": yields, "hardening_modulus": HARDENING * YOUNG}
         if self.law == "crystal":
             del values["young"], values["poisson"]
             tau = YOUNG * 10 ** self.chance.uniform(-3, -2)
@@ -342,6 +343,7 @@ class Mixture:
         self.add("quasi_static", **step)
 
     def add_pressure(self, share):
+        self.branches = self.law == "j2" and share > HARDENING
         lower, upper = self.bodies[0]["lower"].values.copy(), self.bodies[0]["upper"].values.copy()
         lower[2] = upper[2]
         self.add(

@@ -60,6 +60,8 @@ SAME_GROUPS = 1e-8  # between bodies
 # cubes whose free faces begin on planes of nodes, and leave them by a rounding after the first step: a node
 # with a hair of mass makes any strain there (SAME_ON_NODES, where the first step already moves the faces)
 SAME_ON_PLANES = 1e-3
+# metal under more than its hardening modulus: equilibrium is not unique, and round-off chooses a branch
+SAME_BRANCH = 0.1
 SAME_RUBBING = 1e-4  # the same with friction or bonds
 SAME_BITS = 1e-12  # of a run that was stopped and went on: the last digits of histories
 SAME_IMPLICIT = 1e-5  # implicit steps, to the tolerance of Newton's method
@@ -221,12 +223,17 @@ def same(scene, kind):
     if isinstance(scene, Mixture):
         if kind == "restarted":
             return SAME_IMPLICIT if scene.implicit else SAME_BITS
-        if scene.family == "groups" and scene.begins_on_planes() and scene.seed != HOLLOW:
+        cubes = scene.domain == "fixed" and scene.per_cell > 1
+        if scene.family == "groups" and cubes and scene.begins_on_planes() and scene.seed != HOLLOW:
             return SAME_ON_PLANES
+        if scene.branches:
+            return SAME_BRANCH
         if scene.family == "groups":
             return SAME_RUBBING if scene.rubs else SAME_GROUPS
         if scene.domain == "fixed" and not scene.implicit:
             return SAME_ON_NODES
+        if scene.implicit and scene.rubs:
+            return SAME_RUBBING
         return SAME_IMPLICIT if scene.implicit else SAME
     if not scene.tools:
         on_nodes = scene.domain == "fixed" and scene.family == "block" and scene.quarter

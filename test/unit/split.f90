@@ -419,6 +419,9 @@ contains
                             'all of a cell, hardly strained')
       call test%check_equal(parts_of(corners, cube + 0.02_wp, -along_z, 1.0_wp), 2, name// &
                             'all of a cell, compression')
+      call test%check_equal(parts_of(corners, [0.53_wp, 0.53_wp*(1.0_wp + epsilon(1.0_wp)), 0.3_wp], &
+                                     -along_z, 0.2_wp), 4, name// &
+                            'two edges too long, equal but for round-off')
    end subroutine pulled
 
    !> Into how many parts a particle is split.
