@@ -24,6 +24,9 @@ module m_closing_summary
 
    real(wp), parameter :: round_off = 1.0e-20_wp !< of mass times squared wave speed: strains of 1e-10
    real(wp), parameter :: notable = 0.05_wp !< of the largest energy or work: larger differences are reported
+   real(wp), parameter :: notable_at_rest = 0.02_wp !< the same without inertia, where all terms of a step are
+                                                    !< booked;
+   real(wp), parameter :: works_at_rest = 0.03_wp !< and that of two figures of a work
 
 contains
 
@@ -285,10 +288,12 @@ contains
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
       type(balance_t), intent(in) :: balance
+      real(wp) :: limit
+      limit = merge(notable, works_at_rest, model%has_inertia)*balance%largest
       if (any(model%effect_step%acts_on_nodes) .and. all(model%effect_step%follows_particles)) then
          call facts%note('work_apart_of_effects_J', to_text(balance%worst_of_effects))
          call facts%say(apart_text('effects: work', balance%worst_of_effects, balance%largest))
-         if (balance%worst_of_effects > max(notable*balance%largest, quiet(model, balance))) &
+         if (balance%worst_of_effects > max(limit, quiet(model, balance))) &
             call facts%say('WARNING: work of effects does not reach the particles they act on: their '// &
                            'forces act on nodes with almost no mass, and motion and stress there are '// &
                            'inaccurate by as much; '//remedy(scene))
@@ -296,7 +301,7 @@ contains
       if (size(scene%tools) == 0) return
       call facts%note('work_apart_of_tools_J', to_text(balance%worst_of_tools))
       call facts%say(apart_text('tools: work', balance%worst_of_tools, balance%largest))
-      if (balance%worst_of_tools > max(notable*balance%largest, quiet(model, balance))) &
+      if (balance%worst_of_tools > max(limit, quiet(model, balance))) &
          call facts%say('WARNING: work of tools differs from the work on the particles they press: '// &
                         'loads are inaccurate by as much; '//remedy(scene))
    end subroutine say_work_done
@@ -336,24 +341,28 @@ contains
       type(model_t), intent(in) :: model
       type(balance_t), intent(in) :: balance
       character(len=:), allocatable :: text
-      if (.not. balance%worst > max(notable*balance%largest, quiet(model, balance)) &
-          + model%static_losses%uncertainty) return
-      text = 'WARNING: '//trim(merge('spurious energy growth', 'energy loss           ', &
-                                     balance%excess() > 0.0_wp))//': up to '// &
-             si(balance%worst, 'J')//percent(balance%worst, balance%largest)//' of the largest'
-      if (model%static_losses%uncertainty > 0.0_wp) then
-         text = text//', of which '//si(model%static_losses%uncertainty, 'J')// &
-                ' may come of the length of the steps'//hardest_worked(model)//'; '//remedy(scene)// &
-                ', a smaller step'
-      else if (balance%excess() > 0.0_wp) then
-         text = text//'; '//remedy(scene)//', a smaller safety'
-         if (scene%time%stress_update == update_usf) text = text//', stress_update=''usl'''
-      else
-         text = text//', in transfer or contact, where material tears, or in the energy that a law of '// &
-                'small strain has at large strain; '//remedy(scene)
-         if (scene%time%flip_fraction < 1.0_wp) text = text//', flip_fraction=1'
-         if (.not. scene%time%affine) text = text//', transfer=''affine'''
-      end if
+      real(wp) :: limit
+      limit = merge(notable, notable_at_rest, model%has_inertia)*balance%largest
+      associate (at_once => model%static_losses%uncertainty)
+         if (.not. balance%worst > max(limit, quiet(model, balance)) + at_once) return
+         text = 'WARNING: '//trim(merge('spurious energy growth', 'energy loss           ', &
+                                        balance%excess() > 0.0_wp))//': up to '// &
+                si(balance%worst, 'J')//percent(balance%worst, balance%largest)//' of the largest'
+         if (.not. model%has_inertia) then
+            if (at_once > 0.0_wp) text = text//', of which '//si(at_once, 'J')// &
+                                         ' may come of loads that act at once in the first step'
+            text = text//'; where particles have moved far in a step, their forces are out of balance at '// &
+                   'the new places'//hardest_worked(model)//'; '//remedy(scene)//', a smaller step'
+         else if (balance%excess() > 0.0_wp) then
+            text = text//'; '//remedy(scene)//', a smaller safety'
+            if (scene%time%stress_update == update_usf) text = text//', stress_update=''usl'''
+         else
+            text = text//', in transfer or contact, where material tears, or in the energy that a law of '// &
+                   'small strain has at large strain; '//remedy(scene)
+            if (scene%time%flip_fraction < 1.0_wp) text = text//', flip_fraction=1'
+            if (.not. scene%time%affine) text = text//', transfer=''affine'''
+         end if
+      end associate
       call facts%say(text)
    end subroutine warn_of_balance
 

@@ -145,7 +145,8 @@ contains
                change = change + 0.5_wp*time_step*dot_product(state%moment - moment, tool%spin)
             change = change + model%communicator%sum_real(apart(t))
             state%work = state%work + change
-            model%static_losses%uncertainty = model%static_losses%uncertainty + abs(change)
+            if (model%step == 0) &
+               model%static_losses%uncertainty = model%static_losses%uncertainty + abs(change)
          end associate
       end do
       if (model%contact%pairs%active()) &
@@ -323,8 +324,9 @@ contains
 
    !> Collective: accumulate the dissipation of a step with these displacements by the ghost penalty and by
    !> theta, and the uncertainty of the energy balance: the work of effects' loads is by the mean of both
-   !> ends, as if they grew along the displacement. The work beyond it where material flows is known from its
-   !> stress; with inertia it is no loss by theta. The last trial must have been with these displacements.
+   !> ends, as if they grew along the displacement, which those of the first step need not. The work beyond it
+   !> where material flows is known from its stress; with inertia it is no loss by theta. The last trial must
+   !> have been with these displacements.
    subroutine accumulate_losses(system, z)
       type(static_system_t), intent(inout) :: system
       real(wp), intent(in) :: z(:) !< m
@@ -345,7 +347,7 @@ contains
             losses%ghost_penalty = losses%ghost_penalty + 0.5_wp*(ghost + released_by_faces(system))
             held(:system%nodal) = system%load(:system%nodal) - system%load_before(:system%nodal)
             held(system%nodal + 1:) = 0.0_wp
-            losses%uncertainty = losses%uncertainty + 0.5_wp*abs(system%dot(held, z))
+            if (model%step == 0) losses%uncertainty = losses%uncertainty + 0.5_wp*abs(system%dot(held, z))
             return
          end if
          theta = system%inertia%share

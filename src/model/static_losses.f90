@@ -18,7 +18,8 @@ module m_static_losses
       real(wp) :: ghost_penalty = 0.0_wp !< dissipated by the ghost penalty,
       real(wp) :: theta = 0.0_wp         !< by a theta above one half,
       real(wp) :: impact = 0.0_wp        !< by points that come into contact within a step with inertia
-      real(wp) :: uncertainty = 0.0_wp   !< of the balance, as loads count with the mean of a step's ends
+      real(wp) :: uncertainty = 0.0_wp   !< of the balance, as loads count with the mean of a step's ends and
+                                         !< may act at once in the first
       real(wp) :: in_flow = 0.0_wp       !< not dissipated, but work of loads beyond that mean where material
                                          !< flows
       real(wp), allocatable :: faces(:, :) !< the ghost penalty's forces in the last step without inertia:
