@@ -16,6 +16,7 @@ module m_body_pairs
    use m_partner_surface, only: meeting_t, find_meetings, reach_of
    use m_partner_nodes, only: wanted_nodes_t
    use m_partner_point, only: place_partner, want_nodes, take_mass, mean_velocity, cap
+   use m_start_gap, only: has_file, gap_of_shapes
    use m_pair_law, only: range_of, overlap_left, find_adhesion
    use m_pair_reactions, only: pair_state_t, pair_of, press_element, add_reaction, close_rings, &
                                 add_up_pairs
@@ -35,6 +36,7 @@ module m_body_pairs
    type :: body_pairs_t
       integer :: fields = 1
       type(body_contact_spec_t), allocatable :: specs(:) !< (pairs)
+      logical, allocatable :: exact(:) !< (pairs): gaps are corrected by those of the shapes at the start
       type(pair_state_t), allocatable :: states(:) !< (pairs): of the last step; heat and work since the start
       type(pair_state_t), allocatable :: step(:)   !< (pairs): of this step
       real(wp), allocatable :: overlap(:)                !< (pairs): largest in the last step, m
@@ -77,28 +79,15 @@ contains
       type(scene_t), intent(in) :: scene
       integer :: g, h
       self%fields = scene%fields()
-      allocate (self%specs(0))
+      allocate (self%specs(0), self%exact(0))
       do h = 2, self%fields
          do g = 1, h - 1
             self%specs = [self%specs, scene%contact_of(g, h)]
-            if (has_facets(g) .or. has_facets(h)) self%specs(size(self%specs))%start = start_as_is
+            self%exact = [self%exact, has_file(scene, g) .or. has_file(scene, h)]
          end do
       end do
       allocate (self%states(size(self%specs)), self%step(size(self%specs)))
       allocate (self%overlap(size(self%specs)), self%deflection(size(self%specs)), source=0.0_wp)
-   contains
-      !> True where the surface of a group's bodies comes from a file. Between elements at other places of the
-      !> same facets a fitted surface is off by some 1e-3 of an edge either way; shapes that overlap have been
-      !> refused, so that an overlap of elements at the start is such an error, and no gap.
-      pure logical function has_facets(field)
-         integer, intent(in) :: field
-         integer :: b
-         has_facets = .false.
-         do b = 1, size(scene%bodies)
-            if (scene%bodies(b)%field /= field) cycle
-            has_facets = has_facets .or. scene%bodies(b)%shape%is_searched()
-         end do
-      end function has_facets
    end subroutine build
 
    !> True when a scene has bodies that may come into contact.
@@ -139,6 +128,8 @@ contains
             call table%declare('surface_overlap_'//to_text(e), 1, 'm', written=.false.)
             self%at%overlap(e) = table%column('surface_overlap_'//to_text(e))
          end if
+         if (any(self%exact)) call table%declare('surface_offset_'//to_text(e), 1, 'm', written=.false.)
+         self%at%offset(e) = table%column('surface_offset_'//to_text(e))
          if (any(self%specs%bond_strength > 0.0_wp)) then
             call table%declare('surface_bond_'//to_text(e), 4, '1', written=.false.)
             self%at%bond(e) = table%column('surface_bond_'//to_text(e))
@@ -214,17 +205,18 @@ contains
       end associate
    end function may_touch
 
-   !> Gap of a meeting (m), including the allowed overlap.
+   !> Gap of a meeting (m), including the allowed overlap and the correction from the start.
    pure real(wp) function gap_of(self, level, meeting) result(gap)
       class(body_pairs_t), intent(in) :: self
       type(level_t), intent(in) :: level
       type(meeting_t), intent(in) :: meeting
       gap = meeting%gap
       associate (n => meeting%element, elements => self%elements)
-         associate (spec => self%specs(pair_of(nint(elements%list(n)%field), meeting%field)))
-            if (spec%start == start_as_is) gap = gap + overlap_left(spec, self%time) &
-               *level%blocks(elements%block(n))%particles%column(elements%particle(n), &
-                  self%at%overlap(elements%element(n)))
+         associate (pair => pair_of(nint(elements%list(n)%field), meeting%field), e => elements%element(n), &
+                    column => level%blocks(elements%block(n))%particles%column, p => elements%particle(n))
+            if (self%exact(pair)) gap = gap + column(p, self%at%offset(e))
+            if (self%specs(pair)%start == start_as_is) &
+               gap = gap + overlap_left(self%specs(pair), self%time)*column(p, self%at%overlap(e))
          end associate
       end associate
    end function gap_of
@@ -243,11 +235,13 @@ contains
       call find_adhesion(spec, c%gap, c%area, left, c%adhesive_tension, c%shear_strength)
    end subroutine set_adhesion
 
-   !> Collective among near ranks, when all bodies are filled: record allowed overlaps and bonds.
-   subroutine begin(self, level, error)
+   !> Collective among near ranks, when all bodies are filled: record corrections, allowed overlaps and bonds.
+   subroutine begin(self, scene, level, error)
       class(body_pairs_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
       type(level_t), intent(inout) :: level
       type(error_t), intent(inout) :: error
+      real(wp) :: gap
       integer :: m, pair
       do pair = 1, size(self%specs)
          if (range_of(self%specs(pair)) > 0.5_wp*level%grid%cell) call fail(error, exit_input, &
@@ -260,13 +254,18 @@ contains
       do m = 1, self%met
          associate (meeting => self%meetings(m), it => self%elements%list(self%meetings(m)%element), &
                     element => self%elements%element(self%meetings(m)%element), &
-                    column => level%blocks(self%elements%block(self%meetings(m)%element))%particles%column, &
+                    particles => level%blocks(self%elements%block(self%meetings(m)%element))%particles, &
                     p => self%elements%particle(self%meetings(m)%element))
             pair = pair_of(nint(it%field), meeting%field)
-            if (self%at%overlap(element) > 0 .and. self%specs(pair)%start == start_as_is) &
-               column(p, self%at%overlap(element)) = max(0.0_wp, -meeting%gap)
-            if (self%at%bond(element) > 0 .and. meeting%gap <= margin*it%edge) &
-               column(p, self%at%bond(element)) = 1.0_wp
+            gap = meeting%gap
+            if (self%exact(pair)) then
+               gap = gap_of_shapes(scene, self%specs(pair), meeting, it, int(particles%body(p)))
+               particles%column(p, self%at%offset(element)) = gap - meeting%gap
+            end if
+            if (self%specs(pair)%start == start_as_is) &
+               particles%column(p, self%at%overlap(element)) = max(0.0_wp, -gap)
+            if (self%at%bond(element) > 0 .and. gap <= margin*it%edge) &
+               particles%column(p, self%at%bond(element)) = 1.0_wp
          end associate
       end do
    end subroutine begin

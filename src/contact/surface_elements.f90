@@ -42,6 +42,7 @@ module m_surface_elements
                                                        !< belongs to
       integer, dimension(max_elements) :: deflection = 0 !< below the cells: along the normal; a vector across
       integer, dimension(max_elements) :: overlap = 0 !< at the start
+      integer, dimension(max_elements) :: offset = 0  !< exact gap at the start minus the fitted one
       integer, dimension(max_elements) :: bond = 0    !< remaining share of its strength; then its
                                                        !< slip so far, a vector
    end type surface_columns_t

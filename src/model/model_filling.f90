@@ -49,7 +49,7 @@ contains
          call fill(self, scene, l)
       end do
       if (self%contact%pairs%active()) &
-         call self%contact%pairs%begin(self%levels(size(self%levels)), error)
+         call self%contact%pairs%begin(scene, self%levels(size(self%levels)), error)
       call self%communicator%agree(error)
       if (error%happened()) return
       if (self%follows_groups()) self%first_centres = self%centres_of_mass()

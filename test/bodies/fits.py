@@ -40,29 +40,39 @@ def write_ball(path, radius, count):
     Path(path).write_text("\n".join([*lines, "endsolid ball"]) + "\n")
 
 
-def ball_in_a_socket(particles, file=None):
-    """An eighth of a ball, four cells a radius, in a socket of its radius; or of the same triangles."""
-    name, radius = f"socket_{particles}" + ("" if file is None else "_file"), 8e-3
-    surface = f"shape='sphere', center=0,0,0, radius={radius}"
-    if file is not None:
-        write_ball(file, radius, 640)
-        surface = f"shape='surface', file='{file}'"
+def ball_in_a_socket(particles, triangles=0, strain=0.0):
+    """Mean pressures (Pa) of an eighth of a ball, four cells a radius, in a socket of its radius, along the axes;
+    or of triangles. `strain`: how much larger the ball is, over its radius."""
+    name, radius, outer = f"socket_{particles}_{triangles}_{strain}", 8e-3, 14e-3
+    surface = []
+    for body, size in ("ball", radius * (1 + strain / 2)), ("hole", radius * (1 - strain / 2)):
+        surface.append(f"shape='sphere', center=0,0,0, radius={size!r}")
+        if triangles:
+            write_ball(f"{body}.stl", size, triangles // 2 + 2)
+            surface[-1] = f"shape='surface', file='{body}.stl'"
+    fit = "&body_contact groups='a','b', start='as_is', press_fit=0.25 /\n" if strain > 0 else ""
     run(
         "&scene title='ball in a socket', end_time=0.5 /\n"
         "&grid lower=0,0,0, upper=16e-3,16e-3,16e-3, cell_size=2e-3, "
         "boundary='symmetry','free','symmetry','free','symmetry','free' /\n"
         + STEEL
-        + f"&body name='a', material='steel', {surface}, fill='share', "
+        + f"&body name='a', material='steel', {surface[0]}, fill='share', "
         f"particles_per_cell={particles}, contact_group='a' /\n"
-        f"&body name='b', material='steel', shape='sphere', center=0,0,0, radius=14e-3, "
+        f"&body name='b', material='steel', shape='sphere', center=0,0,0, radius={outer}, "
         f"particles_per_cell={particles}, contact_group='b' /\n"
-        f"&cut body='b', {surface} /\n"
+        f"&cut body='b', {surface[1]} /\n"
+        + fit
         + STATIC
         + f"&output directory='{name}', history_every=0.1, formats='none' /\n",
         1,
     )
     pressure = mean_force(name, "a_b", 0.4) / (np.pi / 4 * radius**2)
-    check(f"{name}, nothing acts: pressure over 1e-6 E", pressure / 2.1e5, 1e-3)
+    if not strain > 0:
+        check(f"{name}, nothing acts: pressure over 1e-6 E", pressure / 2.1e5, 1e-3)
+        return
+    shell = ((1 - 2 * NU) * radius**3 + (1 + NU) * outer**3 / 2) / (outer**3 - radius**3)
+    lame = strain * YOUNG / (1 - 2 * NU + shell)
+    check(f"{name}, press fit: pressure over Lame", pressure / lame - 1, 0.01)
 
 
 def rings(name, cell, interference, explicit=False):
@@ -91,12 +101,16 @@ def rings(name, cell, interference, explicit=False):
 
 
 ball_in_a_socket(8)
-ball_in_a_socket(8, "ball.stl")
+ball_in_a_socket(8, triangles=1276)
+ball_in_a_socket(8, triangles=1276, strain=1e-3)
 check("rings that fit, pressure over that of 1 um", rings("none", 2e-3, 0.0), 1e-6)
 check("control: rings 1 um apart do not press", rings("apart", 2e-3, -1e-6), 0.0)
 check("press fit of 2.5 um, cells of 2 mm: over Lame", rings("fit", 2e-3, 2.5e-6) - 1, 0.01)
 if sys.argv[1:] == ["long"]:
     ball_in_a_socket(1)
+    ball_in_a_socket(8, strain=1e-3)
+    ball_in_a_socket(8, triangles=1276, strain=1e-4)
+    ball_in_a_socket(8, triangles=5116, strain=1e-3)
     for um in (2.5, 5, 25):
         for mm in (2, 1):
             name = f"fit_{um}_{mm}"
