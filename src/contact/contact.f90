@@ -41,6 +41,8 @@ module m_contact
       real(wp), allocatable :: given(:, :)  !< (6, tools): velocities at the origin and spins of the tools in
                                             !< the step, where the stress is updated first; 0 for load-driven
                                             !< ones; m/s, rad/s
+      real(wp), allocatable, private :: before(:, :) !< (6, tools): velocities and spins of the tools before
+                                                     !< the step, m/s, rad/s
       logical :: has_problem = .false.      !< some rank has candidates in this step
       logical :: followed = .false.         !< the work of the tools is also known from the particles' motion
       type(contact_system_t) :: system
@@ -103,7 +105,7 @@ contains
       self%candidates%subcell = scene%contact%subcell
       allocate (self%candidates%deepest(size(scene%tools)), source=0.0_wp)
       self%candidates%widest = 1.0_wp/real(scene%bodies%particles_per_cell, wp)**(1.0_wp/3.0_wp)
-      allocate (self%given(6, size(scene%tools)), source=0.0_wp)
+      allocate (self%given(6, size(scene%tools)), self%before(6, size(scene%tools)), source=0.0_wp)
       call self%pairs%build(scene)
       self%pairs%subcell = scene%contact%subcell
       self%friction%present = any(has_friction(scene%tools%friction)) .or. self%pairs%is_frictional()
@@ -155,6 +157,7 @@ contains
       integer :: c, t
       self%time = time
       do t = 1, size(self%tools)
+         self%before(:, t) = [self%tools(t)%velocity, self%tools(t)%spin]
          call self%tools(t)%begin_step(time, time_step)
       end do
       call self%candidates%find(self%tools, level, materials, time_step, self%states%overlap)
@@ -412,6 +415,7 @@ contains
             spin = tool%spin
             call tool%react(now%load, now%moment, time_step)
             call self%states(t)%accumulate(now, tool, tool%velocity - velocity, tool%spin - spin, time_step)
+            if (tool%is_pushed()) call self%states(t)%count_mean_motion(tool, self%before(:, t), time_step)
          end associate
       end do
       if (self%pairs%active()) call self%pairs%add_up(communicator)

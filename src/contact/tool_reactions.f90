@@ -31,6 +31,7 @@ module m_tool_reactions
       real(wp) :: stored_shear = 0.0_wp !< and the part of friction in it, J
    contains
       procedure :: accumulate
+      procedure :: count_mean_motion
    end type tool_state_t
 
    !> Reactions of the candidates of a step on one tool: reals only, as they are summed over the ranks.
@@ -164,5 +165,21 @@ contains
       if (tool%pivot > 0) self%work = self%work - time_step*dot_product(self%moment, tool%spin)
       self%impulse = self%impulse - time_step*self%load
    end subroutine accumulate
+
+   !> Count the work of a load-driven tool in the last step, and that on the particles that go with it, by the
+   !> mean of its motion before and after the step: with the load's work and the tool's kinetic energy this is
+   !> exact (theory.md, eq. mean-motion).
+   pure subroutine count_mean_motion(self, tool, before, time_step)
+      class(tool_state_t), intent(inout) :: self
+      type(tool_t), intent(in) :: tool
+      real(wp), intent(in) :: before(6) !< velocity, m/s, and spin, rad/s
+      real(wp), intent(in) :: time_step !< s
+      real(wp) :: change
+      change = 0.5_wp*time_step*dot_product(self%load, tool%velocity - before(:3))
+      if (tool%pivot > 0) &
+         change = change + 0.5_wp*time_step*dot_product(self%moment, tool%spin - before(4:))
+      self%work = self%work + change
+      self%particle_work = self%particle_work + change
+   end subroutine count_mean_motion
 
 end module m_tool_reactions

@@ -1,5 +1,6 @@
 """A block between a floor and a flat punch, with the stress from a solve of its own ('usf', 'musl'): strain
-energy as with 'usl', energy kept, on one rank and on two. Without the tool in that solve the balance was 5 %
+energy as with 'usl', energy kept, on one rank and on two. Work of a tool that a load pushes is by the mean of
+its motion before and after each step: by that after it the balance was 1.6 and 3.5 % off. Without the tool in that solve the balance was 5 %
 off under a given speed, 22 % under a load, and the strain energy 3 and 6 %. What is left with 'usf' is of
 first order in the time step. Under a sphere pressures vary within a cell, and points that the half-space below
 a cell holds do not go with the tool: with the tool's own speed there 'usf' had 40 % too much strain energy,
@@ -39,7 +40,7 @@ RUBBED = FLAT | dict(poisson=0.3, friction=0.3, left=-0.6, begin=-0.35, middle="
 CASES = [
     ("flat", FLAT, "plain", 0.02, 0.01),
     ("rubbed", RUBBED, "affine", 0.02, 0.015),
-    ("loaded", FLAT | dict(drive=LOADS), "plain", 0.05, 0.01),
+    ("loaded", FLAT | dict(drive=LOADS), "plain", 0.015, 0.01),
     ("sphere", FLAT | dict(shape="sphere", radius=0.15), "affine", 0.08, 0.05),
 ]
 wrong = []
