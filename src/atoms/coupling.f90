@@ -18,6 +18,7 @@ module m_coupling
    use m_relaxation, only: relaxation_t
    use m_scene, only: scene_t
    use m_shape, only: shape_t
+   use m_surface_rest, only: find_surface_rest
    use m_text, only: si, to_text
    use m_tool, only: tool_t
    use m_tool_reactions, only: reaction_t
@@ -103,6 +104,8 @@ contains
       if (communicator%is_root()) then
          allocate (self%atoms)
          call self%atoms%create(spec, body, lower, upper, particle_width(scene, host), complaint)
+         if (complaint == '') call find_surface_rest(self%atoms%mesh, spec, body, lower, upper, &
+                                                     particle_width(scene, host), complaint)
          if (complaint == '') ignored = defects_of(self%atoms)
          if (complaint /= '') call fail(error, exit_input, spec%group_text()//': '//complaint)
          self%counts = [self%atoms%real_atoms, self%atoms%atoms - self%atoms%real_atoms, &

@@ -372,7 +372,7 @@ contains
    !> bond-energy), J.
    real(wp) function potential_change(self)
       class(dynamics_t), intent(in) :: self
-      potential_change = self%potential() - self%first_potential + self%bonds%stored
+      potential_change = self%potential() - self%first_potential + self%bonds%stored + self%mesh%rest_energy()
    end function potential_change
 
    !> Largest centro-symmetry parameter of the real atoms, m2: 0 in a perfect lattice.

@@ -16,9 +16,15 @@ module m_interface_mesh
       integer, allocatable :: face(:)      !< (crossings)
       real(wp), allocatable :: share(:, :) !< (4, crossings) of each corner of the face
       real(wp) :: width = 0.0_wp           !< of a face, m
+      real(wp), allocatable :: first(:, :)           !< (3, corners) at the start, m
+      real(wp), allocatable :: rest_load(:, :)       !< (3, corners) of bonds at rest, N: the surface of the
+                                                     !< continuum bears as much, which is not modelled
+      real(wp), allocatable :: rest_moment(:, :, :)  !< (3, faces, 3), N m
    contains
       procedure :: build
       procedure :: settle
+      procedure :: set_rest
+      procedure :: rest_energy
       procedure :: add
    end type interface_mesh_t
 
@@ -119,20 +125,43 @@ contains
       self%corner = reshape(number(pack(self%corner, spread(crossed, 1, 4))), [4, count(crossed)])
       self%x = reshape(pack(self%x, spread(used, 1, 3)), [3, count(used)])
       self%v = 0.0_wp*self%x
+      self%first = self%x
+      self%rest_load = self%v
+      allocate (self%rest_moment(3, size(self%corner, 2), 3), source=0.0_wp)
    end subroutine keep_crossed
 
-   !> Give forces of bonds on the continuum that cross at `places`, times a factor, to the nodes. Each face
-   !> adds up the moments that the corners miss, for these are not quite on the lines of the bonds; forces
-   !> on both sides of its middle make them up. `missed` counts places that no node with mass is near to.
-   subroutine add(self, patch, places, forces, factor, missed)
+   !> Bonds at `places` have these forces on the continuum at rest: from now on only what comes besides
+   !> these pushes nodes. Their resultant, which is rounding, is taken off.
+   subroutine set_rest(self, places, forces)
+      class(interface_mesh_t), intent(inout) :: self
+      real(wp), intent(in) :: places(:, :), forces(:, :) !< (3, crossings), m; N
+      real(wp), allocatable :: load(:, :), moment(:, :, :)
+      allocate (load, mold=self%rest_load)
+      allocate (moment, mold=self%rest_moment)
+      self%rest_load = 0.0_wp
+      self%rest_moment = 0.0_wp
+      call collect(self, places, forces, load, moment)
+      self%rest_load = load - spread(sum(load, 2)/size(load, 2), 2, size(load, 2))
+      self%rest_moment = moment
+   end subroutine set_rest
+
+   !> Energy of the forces at rest, which are taken off, since the start, J.
+   pure real(wp) function rest_energy(self) result(energy)
       class(interface_mesh_t), intent(in) :: self
-      type(node_patch_t), intent(inout) :: patch
-      real(wp), intent(in) :: places(:, :), forces(:, :), factor !< (3, crossings), m; N
-      integer, intent(inout) :: missed
-      real(wp), allocatable :: load(:, :), moment(:, :, :), middle(:, :)
-      real(wp) :: off(3), way(3)
+      energy = sum(self%rest_load*(self%x - self%first))
+   end function rest_energy
+
+   !> Of forces of bonds, without those at rest: the loads of corners, and the moments of faces that these
+   !> miss.
+   pure subroutine collect(self, places, forces, load, moment)
+      class(interface_mesh_t), intent(in) :: self
+      real(wp), intent(in) :: places(:, :), forces(:, :) !< (3, crossings), m; N
+      real(wp), intent(out) :: load(:, :)                !< (3, corners), N
+      real(wp), intent(out) :: moment(:, :, :)           !< (3, faces, 3): force, direction of its arm, N m
+      real(wp) :: off(3)
       integer :: n, k
-      allocate (load(3, size(self%x, 2)), moment(3, size(self%corner, 2), 3), source=0.0_wp)
+      load = -self%rest_load
+      moment = -self%rest_moment
       do n = 1, size(self%face)
          associate (c => self%corner(:, self%face(n)), s => self%share(:, n))
             off = places(:, n) - (s(1)*self%x(:, c(1)) + s(2)*self%x(:, c(2)) + s(3)*self%x(:, c(3)) &
@@ -145,6 +174,22 @@ contains
             end do
          end associate
       end do
+   end subroutine collect
+
+   !> Give forces of bonds on the continuum that cross at `places`, times a factor, to the nodes. Each face
+   !> adds up the moments that the corners miss, for these are not quite on the lines of the bonds; forces
+   !> on both sides of its middle make them up. `missed` counts places that no node with mass is near to.
+   subroutine add(self, patch, places, forces, factor, missed)
+      class(interface_mesh_t), intent(in) :: self
+      type(node_patch_t), intent(inout) :: patch
+      real(wp), intent(in) :: places(:, :), forces(:, :), factor !< (3, crossings), m; N
+      integer, intent(inout) :: missed
+      real(wp), allocatable :: load(:, :), moment(:, :, :), middle(:, :)
+      real(wp) :: way(3)
+      integer :: k
+      allocate (load, mold=self%rest_load)
+      allocate (moment, mold=self%rest_moment)
+      call collect(self, places, forces, load, moment)
       call patch%add(self%x, load, factor, missed)
       middle = 0.25_wp*(self%x(:, self%corner(1, :)) + self%x(:, self%corner(2, :)) &
                         + self%x(:, self%corner(3, :)) + self%x(:, self%corner(4, :)))

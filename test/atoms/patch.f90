@@ -65,6 +65,7 @@ program patch
          call keep_warm()
       case default
          call rest()
+         call rest_at_surface()
          call strain_both(of_metal, 8500.0_wp, constant)
          call fly()
       end select
@@ -77,11 +78,12 @@ program patch
 contains
 
    !> A cube of 12 cells of 4 constants, in the middle of which 2 x 2 x 2 cells are atoms.
-   subroutine build(potential, density, a, model, more)
+   subroutine build(potential, density, a, model, more, up)
       character(len=*), intent(in) :: potential !< variables of law and atoms
       real(wp), intent(in) :: density, a        !< of the lattice
       type(model_t), intent(out), target :: model
       character(len=*), intent(in), optional :: more !< variables of the atoms alone
+      real(wp), intent(in), optional :: up           !< how much higher the box is, m
       type(catalogue_t) :: catalogue
       type(scene_t) :: scene
       type(error_t) :: error
@@ -94,7 +96,7 @@ contains
              '&material name=''m'', model=''cauchy_born'', density='//exact_text(density)//', '//potential// &
              ' /'//new_line('a')// &
              '&body material=''m'', shape=''box'', lower='//three(4*a)//', upper='//three(52*a)//' /'// &
-             '&atoms lower='//three(24*a)//', upper='//three(32*a)//', step=1e-14, '//potential
+             '&atoms lower='//three(24*a, up)//', upper='//three(32*a, up)//', step=1e-14, '//potential
       if (present(more)) text = text//more
       text = text//' /'
       call interpret_scene(comm, catalogue, text, scene, error)
@@ -105,10 +107,12 @@ contains
       box => coupling_of(model%atoms)
    end subroutine build
 
-   function three(x) result(text)
+   function three(x, up) result(text)
       real(wp), intent(in) :: x
+      real(wp), intent(in), optional :: up
       character(len=:), allocatable :: text
       text = exact_text(x)//','//exact_text(x)//','//exact_text(x)
+      if (present(up)) text = exact_text(x)//','//exact_text(x)//','//exact_text(x + up)
    end function three
 
    !> Particles are at the strain f and move as L (x - middle).
@@ -192,6 +196,38 @@ contains
          call test%check(left(1) < 1.0e-9_wp .and. missed == 0, 'nothing pushes when all is turned')
       end associate
    end subroutine rest
+
+   !> A box that reaches out of its body: the atoms of its surface relax, and nothing pushes the continuum but
+   !> what its own surface, which is not modelled, would bear. The control pushes it by that.
+   subroutine rest_at_surface()
+      type(model_t), target :: model
+      type(error_t) :: error
+      real(wp) :: a, left(2), sums(3, 2)
+      integer :: n, missed
+      a = constant_of(of_metal, constant)
+      call build(of_metal, 8500.0_wp, a, model, up=20*a)
+      if (.not. allocated(model%atoms)) return
+      call advance(model, 2.0e-14_wp, error)
+      call test%check(.not. error%happened(), 'a step', error%message)
+      if (error%happened() .or. .not. comm%is_root()) return
+      associate (atoms => box%atoms)
+         call atoms%lammps%command('minimize 0 1e-7 1000 3000')
+         call atoms%lammps%command('run 0 post no')
+         missed = 0
+         do n = 1, 2
+            if (n == 2) atoms%mesh%rest_load = 0.0_wp
+            if (n == 2) atoms%mesh%rest_moment = 0.0_wp
+            box%patch%given = 0.0_wp
+            call atoms%mesh%add(box%patch, atoms%place, atoms%force, 1.0_wp, missed)
+            left(n) = maxval(abs(box%patch%given))/(0.01_wp*atoms%spec%crystal%c11*(4*a)**2)
+            sums(:, n) = sum(sum(sum(box%patch%given, 4), 3), 2)/(0.01_wp*atoms%spec%crystal%c11*(4*a)**2)
+         end do
+         call say('beside a surface at rest, force on a node, of the same', left(1))
+         call say('control, with what the surface around bears', left(2))
+         call test%check(left(1) < 1.0e-2_wp*left(2) .and. missed == 0, 'a surface at rest pushes nothing')
+         call test%check(maxval(abs(sums)) < 1.0e-6_wp*left(2), 'and has no resultant')
+      end associate
+   end subroutine rest_at_surface
 
    !> Six strains of 1 % in eight steps, before the surface of the body is heard of: mesh and particles come
    !> to the strain alike. Then all are put to a strain, and to one with a turn: nothing is left on any node.
