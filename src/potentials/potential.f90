@@ -49,6 +49,7 @@ contains
       if (.not. allocated(self%checksum)) self%checksum = ''
       if (self%style == 0) self%style = 1
       writes = group%is_writing()
+      if (group%is_reading() .and. group%is_given('style')) call refuse_many_body(group)
       call group%get_choice('style', self%style, pair_styles)
       lj = self%style == lj_cut .or. self%style == lj_smooth
       if (.not. (writes .and. lj)) then
@@ -69,6 +70,30 @@ contains
          call self%load(group)
       end if
    end subroutine variables
+
+   !> A potential of LAMMPS whose forces are not those of pairs: say why it is refused.
+   subroutine refuse_many_body(group)
+      type(group_reader_t), intent(inout) :: group
+      character(len=11), parameter :: many_body(11) = [character(len=11) :: 'tersoff', 'tersoff/mod', &
+                                                       'sw', 'meam', 'meam/c', 'meam/spline', 'adp', &
+                                                       'airebo', 'rebo', 'reaxff', 'snap']
+      character(len=:), allocatable :: word
+      word = ''
+      call group%get_text('style', word, longest_path)
+      if (.not. any(many_body == word)) return
+      call group%refuse('style', ''''//word//''' is not supported: its energy depends on the angles '// &
+                        'between bonds, so that a bond across the interface has no force of its own, '// &
+                        'with which to push the continuum; allowed: '//allowed())
+   contains
+      pure function allowed() result(text)
+         character(len=:), allocatable :: text
+         integer :: k
+         text = trim(pair_styles(1))
+         do k = 2, size(pair_styles)
+            text = text//', '//trim(pair_styles(k))
+         end do
+      end function allowed
+   end subroutine refuse_many_body
 
    !> Lennard-Jones: what belongs to it alone.
    subroutine set_lj(self, group)

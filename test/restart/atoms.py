@@ -11,7 +11,7 @@ ARGON = """style='lj/smooth/linear', epsilon=1.65e-21, sigma=3.405e-10, cutoff=8
 END = 6e-12
 
 
-def text(directory, a, checkpoint=None):
+def text(directory, a, checkpoint=None, moves="relaxation='quench'", end=END):
     def edges(*numbers):
         return ",".join(f"{n * a:.12g}" for n in numbers)
 
@@ -23,13 +23,13 @@ def text(directory, a, checkpoint=None):
 &material name='m', model='cauchy_born', density=1814, {ARGON} /
 &body material='m', shape='box', lower=0,0,0, upper={edges(16, 16, 16)} /
 &atoms lower={edges(4, 4, 12)}, upper={edges(12, 12, 16)}, step=1e-14, mass=6.6335e-26,
-       relaxation='quench', {ARGON} /
+       {moves}, {ARGON} /
 &tool name='ball', shape='sphere', radius=3e-9, tip={edges(8, 8, 16)}, axis=0,0,-1, times=0, speeds=20 /
 """,
         directory,
         checkpoint,
-        end=END,
-        every=END,
+        end=end,
+        every=end,
         history=0.0,
     )
 
@@ -46,6 +46,9 @@ require(
     "&atoms: LAMMPS cannot be opened" in said(hidden) and "make deps ATOMS=yes" in said(hidden),
 )
 require("and nothing is written", not Path("hidden").exists())
+angles = "style='tersoff', potential='Si.tersoff', element='Si'"
+other = run(1, text("other", constant).replace(ARGON, angles), expect=2)
+require(f"what a potential of angles lacks is said: {said(other)}", "no force of its own" in said(other))
 run(1, text("whole", constant))
 status, output = part_run(1, "stopped", text("stopped", constant, "every_steps=5"))
 require(f"stopped by a signal at step {newest_step('stopped')}, status {status}", status == 5)
@@ -59,6 +62,19 @@ require(
         one[key].tobytes() == other[key].tobytes() for key in ("VTKHDF/Points", "VTKHDF/PointData/velocity")
     ),
 )
+WARM = {"moves": "temperature=20, thermostat_rate=2e12", "end": 0.3 * END}
+run(1, text("warm", constant, **WARM))
+status, output = part_run(1, "warm_stopped", text("warm_stopped", constant, "every_steps=2", **WARM))
+require(f"with a thermostat stopped at step {newest_step('warm_stopped')}, status {status}", status == 5)
+run(1, restart="warm_stopped")
+same("with a thermostat, taken up", "warm", "warm_stopped")
+run(2, text("warm_two", constant, **WARM))
+warm, two = (History(Path(name) / "atoms_atoms.dat") for name in ("warm", "warm_two"))
+apart = abs(warm["temperature"][-1] / two["temperature"][-1] - 1)
+require(f"on two ranks the temperature is the same but for {apart:.1e}", apart < 1e-9)
+one_load, two_load = (History(Path(n) / "tool_ball.dat")["load_z"][-1] for n in ("warm", "warm_two"))
+require("and the load", abs(one_load / two_load - 1) < 1e-9)
+
 rows = History(Path("whole") / "atoms_atoms.dat")
 load = History(Path("whole") / "tool_ball.dat")["load_z"]
 require(f"the tool is pushed, {load[-1]:.3g} N", load[-1] > 0)
