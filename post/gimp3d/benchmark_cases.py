@@ -1136,7 +1136,8 @@ def cases():
             + ", a quarter or (111) half model; copper of c11, c12, c44 = 170, 124, 75 GPa as `cubic`; to "
             "a/R = 0.15",
             "Cells to the radius of the contact, as B5. What the base takes is that of a layer of the "
-            "crystal, exact for a small contact: q = 0.411, 0.543, 0.590 on (100), (110), (111).",
+            "crystal, exact for a small contact: q = 0.411, 0.543, 0.590 on (100), (110), (111). These rows "
+            "are of the program without the compliance below a cell (`&contact subcell=0`).",
             [crystal_row(surface) for surface in anisotropic.SURFACES],
         ),
         Case(

@@ -65,9 +65,9 @@ keys = (
 )
 area_share = 0.2  # of the largest depth, before the unloading: rows that the true area is taken from
 # Of the finest cells, which tools are thought to stand on: how far the edge of the contact_area of the
-# history is off. In the cones of B1 in doc/user/benchmarks.md it is by 0.08, rms, and under the elastic
-# pyramids of B4 by 0.12 at most (test indentation/benchmarks)
-history_resolution = 0.125
+# history is off. In the cones of B1 in doc/user/benchmarks.md it is by 0.08, rms; where tools know the
+# compliance below a cell, by 0.08 at most under the elastic pyramids of B4 (test indentation/benchmarks)
+history_resolution, elastic_resolution = 0.125, 0.08
 
 scatter_unknown = (
     "not measured: the history has too few rows near the largest depth to estimate the scatter of the load; "
@@ -128,6 +128,8 @@ class Record:
         self.load = -sum(history[f"load_{x}"] * along for x, along in zip("xyz", axis)) / self.share
         self.area = history["contact_area"] / self.share
         self.cell = run.case["grid"][0]["cell_size"][0] / 2 ** depth_of(run.case)
+        knows = "max_deflection" in history.columns and np.any(history["max_deflection"] > 0)
+        self.edge_off = self.cell * (elastic_resolution if knows else history_resolution)  # m
         if not all(np.all(np.isfinite(values)) for values in (self.time, self.depth, self.load, self.area)):
             raise Missing(f"tool_{self.name}.dat holds values that are not finite")
         if not np.any((self.load > 0) & (self.depth > 0)):
@@ -187,7 +189,7 @@ def area_function_of(tool, coefficients):
 def area_at(record, row):
     """The column contact_area at a row (m2) and its uncertainty: a parabola over depth through the rows
     before it, within area_share of its depth, and their scatter about it (not divided by their number: what
-    the column is off by is off in many rows), with history_resolution of a cell at the edge of a circle."""
+    the column is off by is off in many rows), with what the edge of a circle may be off."""
     first = row
     while first > 0 and record.depth[first - 1] >= (1 - area_share) * record.depth[row]:
         first -= 1
@@ -198,7 +200,7 @@ def area_at(record, row):
     else:
         curve = np.polyfit(x, area, 2)
         value, scatter = float(curve[2]), float(np.std(area - np.polyval(curve, x), ddof=3))
-    edge = history_resolution * record.cell * 2 * math.sqrt(math.pi * max(value, 0.0))
+    edge = record.edge_off * 2 * math.sqrt(math.pi * max(value, 0.0))
     return value, math.hypot(scatter, edge)
 
 

@@ -29,20 +29,21 @@ contains
       real(wp), intent(out) :: edge       !< along the line, cells
       logical, intent(out) :: known       !< an edge was found
       real(wp) :: left, least, middle, right, start, weight(size(along)), last
-      integer :: i, n
-      integer, parameter :: half = nint(widest/step)
-      real(wp) :: misfits(-half:half)
+      integer :: half, i, n
+      integer, parameter :: most = nint(widest/step)
+      real(wp) :: misfits(-most:most)
       known = .false.
       edge = 0.0_wp
       if (.not. any(pressed) .or. all(pressed)) return
       start = 0.5_wp*(maxval(along, mask=pressed) + minval(along, mask=.not. pressed))
       edge = start
+      half = most
       do n = 1, max_tries
          weight = share(inside + along - edge)*share(outside + edge - along)
          do i = -half, half
             misfits(i) = misfit(edge + i*step, along, gap, pressure, face, weight)
          end do
-         i = minloc(misfits, dim=1) - half - 1
+         i = minloc(misfits(-half:half), dim=1) - half - 1
          last = edge
          edge = edge + i*step
          if (abs(i) < half) then
@@ -54,8 +55,9 @@ contains
          end if
          known = abs(edge - last) < near
          if (known .or. abs(edge - start) > farthest) exit
+         half = 1 ! the weights change with the edge; it hardly moves
       end do
-      known = abs(edge - start) < farthest .and. minval(misfits) < huge(1.0_wp)
+      known = abs(edge - start) < farthest .and. minval(misfits(-half:half)) < huge(1.0_wp)
    end subroutine fit_field
 
    !> Weight of a point by its distance within the range, cells.

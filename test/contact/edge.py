@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from checks import check, finish, require
 from run_scene import run
+from gimp3d.benchmark_measures import analysed
 from gimp3d.run_data import History
 
 SCENE = """&scene title='{name}', end_time=30 /
@@ -79,6 +80,13 @@ def errors(kind, contact=""):
     return 100 * (found / exact - 1), exact * 1e6
 
 
+def load_and_radius(kind):
+    """Load (N) at the largest depth, and the exact radius (m) under it."""
+    radius, _, load = tables(TOOLS[kind][1])
+    last = History(Path(f"{kind}/tool_tool.dat"))["load_z"][-1]
+    return last, np.interp(last, load, radius)
+
+
 def within(off, cells, low, high):
     """Those of contacts of a size; there are enough."""
     chosen = off[(cells > low) & (cells < high)]
@@ -96,6 +104,12 @@ for kind in TOOLS if LONG else ("sphere", "cone"):
     # of the area 4 and 2 %
     check(f"{kind}: radius on three cells, %", few, 2.0)
     check(f"{kind}: radius on five cells, %", more, 1.0)
+    # `make hardness` of the run: load over the exact area under it
+    answer, load, radius = analysed(kind), *load_and_radius(kind)
+    off = answer["area_true"] / (np.pi * radius**2) - 1
+    stated = answer["area_true_uncertainty"] / answer["area_true"]
+    check(f"{kind}: hardness, %", 100 * (answer["hardness_true"] / load * np.pi * radius**2 - 1), 2.0)
+    require(f"{kind}: area off by {100 * off:.2f} % of {100 * stated:.1f}", abs(off) < stated < 0.05)
 if LONG:
     off, cells = errors("cone", OFF)
     largest = np.abs(within(off, cells, 2.5, 3.5)).max()

@@ -1,7 +1,7 @@
 """Energy at rigid tools. usage: energy.py NAME... (in an empty directory; GIMP3D is the program)
 
 Blocks in plane strain that fly against a standing, frictionless tool; a billet pressed, and a bar drawn,
-through a round die."""
+through a round die; an elastic block that flies to and fro between two tools."""
 
 import math
 import os
@@ -177,8 +177,47 @@ def drawing(name):
     work_of_condition(name, 0.05)
 
 
+RATTLING = """&scene title='block between two standing tools', end_time=6e-4 /
+&grid geometry='plane_strain', lower=0,0, upper=24e-3,10e-3, cell_size=1e-3,
+      boundary='free','free','symmetry','free' /
+&time time_step=5e-8 /
+&material name='metal', model='elastic', density=2710, young=70e9, poisson=0.33 /
+&body material='metal', shape='box', lower=6e-3,0,0, upper=16e-3,1e-3,6e-3, velocity=60,0,0 /
+&tool name='left', shape='cylinder', radius=20e-3, tip=4.3e-3,0,2e-3, axis=1,0,0, edge=0,1,0,
+      times=0, speeds=0 /
+&tool name='right', shape='cylinder', radius=10e-3, tip=17.6e-3,0,3e-3, axis=-1,0,0, edge=0,1,0,
+      times=0, speeds=0 /
+&output directory='{name}', formats='none' /
+"""
+
+
+def rattling(name):
+    """An elastic block flies to and fro between two round tools for more than 10^4 steps."""
+    run(name, RATTLING.format(name=name))
+    rows = History(Path(name) / "energy.dat")
+    energy = rows["kinetic"] + rows["strain"]
+    hits = [History(Path(name) / f"tool_{side}.dat")["load_x"] != 0 for side in ("left", "right")]
+    hits = [np.count_nonzero(np.diff(hit.astype(int)) > 0) for hit in hits]
+    cost = History(Path(name) / "cost.dat").notes
+    lost = -float(cost["constraint_work_J"]) / float(cost["largest_energy_J"])
+    print(
+        f"   {name}: met {hits[0]} and {hits[1]} times, {100 * energy[-1] / energy[0]:.1f} % of its energy "
+        f"left, {100 * lost:.1f} % lost by the condition of contact"
+    )
+    require(f"{name}: steps", float(cost["steps"]) > 1e4)
+    require(f"{name}: both tools are met again and again", min(hits) > 3)
+    check(f"{name}: energy above its start, relative", max(0.0, rises(energy)), 1e-3)
+    # kinetic energy is of half a step before: while the block rings, their sum swings in 2 us
+    window = np.floor(rows["time"] / 10e-6).astype(int)
+    most = np.array([energy[window == n].max() for n in range(window.max() + 1)]) / energy[0]
+    check(
+        f"{name}: its largest in 10 us above an earlier one", (most - np.minimum.accumulate(most)).max(), 1e-3
+    )
+    check(f"{name}: work of the condition over the largest energy, from nothing", max(0.0, -lost), 1e-3)
+
+
 if __name__ == "__main__":
     require("control: a rising energy is seen", rises(np.array([1.0, 1.003, 0.9])) > 2e-3)
     for name in sys.argv[1:]:
-        {"extrusion": extrusion, "drawing": drawing}.get(name, fly)(name)
+        {"extrusion": extrusion, "drawing": drawing, "rattling": rattling}.get(name, fly)(name)
     finish()

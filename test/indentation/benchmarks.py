@@ -253,7 +253,7 @@ for row in (row for case in cases.cases() for row in case.rows):
 most = max(abs(edge) for edge in edges)
 require(
     f"the edge of contact_area under {len(edges)} elastic pyramids: {most:.2f} cells off at most",
-    len(edges) > 1 and most < hardness_of_runs.history_resolution,
+    len(edges) > 1 and most < hardness_of_runs.elastic_resolution,
 )
 
 # ---- scenes ----
