@@ -15,7 +15,7 @@ module m_contact_area
    use m_level, only: level_t
    use m_surface_points, only: surface_point_t, squares_t, sorted_in_squares, find_neighbours
    use m_contact_edge, only: edges_t, find_edges, ahead
-   use m_contact_cover, only: mirror_t, beside, beyond_mirror, covers, between, area_of_section
+   use m_contact_cover, only: mirror_t, beside, share_inside, covers, between, area_of_section
    use m_face_gap, only: find_gap, list_near
    use m_candidates, only: candidates_t
    implicit none
@@ -365,24 +365,25 @@ contains
       real(wp), intent(in) :: cell !< m
       type(mirror_t), intent(in) :: mirrors(:)
       integer, intent(in) :: rank, ranks
-      real(wp) :: low(2), high(2), place(2), edge, width
+      real(wp) :: low(2), high(2), place(2), edge, share, width
       type(edges_t) :: edges
-      integer :: squares_along(2), i, j, n, near(size(points))
+      integer :: squares_along(2), i, j, near(size(points))
       edges = find_edges(points, squares, in_contact, cell)
       edge = sum(points%edge, mask=in_contact)/count(in_contact)
       low = [minval(points%place(1), mask=in_contact), minval(points%place(2), mask=in_contact)] - edge
       high = [maxval(points%place(1), mask=in_contact), maxval(points%place(2), mask=in_contact)] + edge
       width = max(edge/per_edge, sqrt(product(high - low)/max_square))
       squares_along = ceiling((high - low)/width)
-      n = 0
+      counted = 0.0_wp
       do j = rank, squares_along(2) - 1, ranks
          do i = 0, squares_along(1) - 1
             place = low + width*([i, j] + 0.5_wp)
-            if (beyond_mirror(mirrors, place)) cycle
-            if (covers(points, squares, in_contact, edges, edge, place, near)) n = n + 1
+            share = share_inside(mirrors, place, width)
+            if (.not. share > 0.0_wp) cycle
+            if (covers(points, squares, in_contact, edges, edge, place, near)) counted = counted + share
          end do
       end do
-      counted = n*width**2
+      counted = counted*width**2
    end function counted
 
 end module m_contact_area

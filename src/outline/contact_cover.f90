@@ -7,7 +7,7 @@ module m_contact_cover
    use m_contact_edge, only: edges_t, find_edges
    implicit none
    private
-   public :: mirror_t, beyond_mirror, covers, between, area_of_section
+   public :: mirror_t, beyond_mirror, share_inside, covers, between, area_of_section
 
    !> A plane of symmetry parallel to the axis: a line, with `normal` . position >= `from` inside.
    type :: mirror_t
@@ -26,6 +26,18 @@ contains
       integer :: m
       beyond_mirror = any([(dot_product(mirrors(m)%normal, place) < mirrors(m)%from, m=1, size(mirrors))])
    end function beyond_mirror
+
+   !> Part of a small square that is no mirror image: mirrors cut squares anywhere.
+   pure real(wp) function share_inside(mirrors, place, width) result(share)
+      type(mirror_t), intent(in) :: mirrors(:)
+      real(wp), intent(in) :: place(2), width !< its centre and width, m
+      integer :: m
+      share = 1.0_wp
+      do m = 1, size(mirrors)
+         share = share*min(1.0_wp, max(0.0_wp, 0.5_wp + (dot_product(mirrors(m)%normal, place) &
+                                                        - mirrors(m)%from)/width))
+      end do
+   end function share_inside
 
    !> True when the contact covers a position.
    logical function covers(points, squares, in_contact, edges, edge, place, near)
