@@ -1,7 +1,8 @@
 """Coupled models against atoms alone (LAMMPS, the same potential): copper of Mishin et al., 0 K, equilibrium.
 
 void     a cube of 32 constants with a void of 1 nm, flattened by 0.5 % (mirror planes all around): displacements
-sphere   a rigid sphere of 2.5 nm on 28 x 28 x 24 constants: loads at some depths, the depth of the first defect
+sphere   a rigid sphere of 2.5 nm on 28 x 28 x 24 constants: loads at some depths; depth, load and kind of the
+         first defect, with a picture (sphere_defect.png)
 
    all_atoms.py [void] [sphere]
 
@@ -14,17 +15,22 @@ import subprocess
 import sys
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 from scipy.spatial import cKDTree
 
 from checks import finish, require
-from gimp3d.run_data import History
+from gimp3d.atoms_section import AtomsSection
+from gimp3d.run_data import History, Particles, time_of_snapshot
 
 A = 3.614925e-10  # constant of the potential, m
 COPPER = "potential='Cu_mishin1.eam.alloy', element='Cu'"
 FILE = "/usr/share/lammps/potentials/Cu_mishin1.eam.alloy"
 NANO = 1.602176634  # eV/angstrom in nN
-DEPTHS = (0.16, 0.30, 0.32, 0.34, 0.36)  # of the sphere, nm
+LONG, SHORT = (0.08, 0.16, 0.24, 0.28), (0.30, 0.31, 0.32, 0.33, 0.34, 0.35, 0.36)  # depths, nm
+WAY, HOLDS = 0.8e-12, (4e-12, 1.6e-12)  # motion to each, and holds there, s
+OFF = (0.13, 0.07)  # of the tip, from a place between atoms that is symmetric, in constants
+STIFFNESS = 16.9829e12  # of the tip, N/m2
 DEFECTS = 12  # atoms of hcp order that count as a defect
 
 START = """units metal
@@ -52,22 +58,23 @@ write_dump all custom last.lammpstrj id type x y z modify sort id format float %
 
 SPHERE = """compute pe all pe/atom
 compute cna all cna/atom {cna}
+compute stress all stress/atom NULL
 region bottom block INF INF INF INF INF 1.5
 group bottom region bottom
 fix hold bottom setforce NULL NULL 0.0
-minimize 0 1e-4 200 400
+minimize 0 1e-3 500 1000
 variable depth equal 0.0
 variable height equal {top}+25.0-v_depth
 variable radius equal 25.0+{a}/4
-fix tip all indent {stiffness} sphere {c} {c} v_height ${{radius}} units box
+fix tip all indent {stiffness} sphere {x} {y} v_height ${{radius}} units box
 fix_modify tip energy yes
 thermo_style custom step pe f_tip[3]
 variable load equal f_tip[3]
 variable list index {depths}
 label next
 variable depth equal ${{list}}
-minimize 0 3e-2 300 600
-dump d all custom 1 depth_${{list}}.lammpstrj id type x y z c_cna
+minimize 0 2e-3 1000 2000
+dump d all custom 1 depth_${{list}}.lammpstrj id type x y z c_cna c_stress[3]
 dump_modify d sort id format float %.8g
 run 0 post no
 undump d
@@ -104,6 +111,11 @@ def dump(path):
 
 def places(columns):
     return 1e-10 * np.stack([columns[c] for c in "xyz"], axis=1)
+
+
+def snapshot_of(path):
+    """The file for ParaView that was written with a dump."""
+    return path.with_name(f"atoms_atoms_{int(path.stem.split('_')[-1]):08d}.hdf")
 
 
 def dumps_of(directory):
@@ -161,60 +173,122 @@ def void(cells=1):
     require("void: within 2 % of the largest", apart < 0.02 * whole)
 
 
-def sphere():
-    """Loads at depths before the first defect, and where that comes."""
-    a = 1e10 * A
-    stiffness = 16.9829e12
-    text = START.format(boundary="p p s", a=a, nx=28, nz=24, file=FILE) + SPHERE.format(
-        cna=0.25 * (np.sqrt(2) + 2) * a,
-        top=24 * a,
-        a=a,
-        c=14 * a,
-        stiffness=stiffness / 1.602176634e11,
-        depths=" ".join(f"{10 * d:.1f}" for d in DEPTHS),
-    )
-    atoms = run(["lmp", "-in", "in.run", "-log", "none"], text, Path("sphere_atoms"))
-    times, speeds, t, depth, ends = [0.0], [0.0], 0.0, 0.0, []
-    for d in DEPTHS:
-        way = 1.5e-12 if d - depth > 0.1 else 0.4e-12
-        times += [t + way / 2, t + way, t + way + 1.3e-12]
-        speeds += [2e-9 * (d - depth) / way, 0.0, 0.0]
+def stacked(columns, top):
+    """Atoms of hcp order, not those of the surfaces."""
+    inside = (columns["z"] > 4.0) & (columns["z"] < top - 3.0)
+    return inside & (np.round(columns["c_cna"]) == 2)
+
+
+def defect_picture(atoms, path, top, middle):
+    """All atoms and the box of the coupled model: planes of atoms through the stacking fault of each."""
+    volume = (1e10 * A) ** 3 / 4
+    box = Particles(path)
+    real = np.round(box["type"].reshape(-1)) == 1
+    both = [
+        (
+            "all atoms",
+            {
+                "position": places(atoms),
+                "type": atoms["type"],
+                "structure": np.round(atoms["c_cna"]),
+                "stress": 1e5 * np.outer(atoms["c_stress[3]"] / volume, [0, 0, 1, 0, 0, 0]),
+            },
+        ),
+        ("atoms in particles", {k: box[k][real] for k in ("position", "type", "structure", "stress")}),
+    ]
+    figure, axes = plt.subplots(1, 2, figsize=(8, 3.6), sharey=True, layout="constrained")
+    for ax, (title, of) in zip(axes, both):
+        z = of["position"][:, 2]
+        fault = (np.round(of["structure"].reshape(-1)) == 2) & (z < 1e-10 * (top - 3)) & (z > 4e-10)
+        plane = np.median(of["position"][fault, 1]) if fault.any() else middle
+        section = AtomsSection(of, 0, 2, 1, plane)
+        like = ax.scatter([], [], c=[], vmin=-20, vmax=5, cmap="viridis")
+        section.draw(ax, section.stress[:, 2], like, 1e-9, 1e9)
+        ax.set(
+            title=title,
+            aspect="equal",
+            xlim=1e9 * middle + np.array([-2.4, 2.4]),
+            ylim=1e-1 * top + np.array([-3.0, 0.3]),
+            xlabel="x [nm]",
+        )
+    axes[0].set_ylabel("z [nm]")
+    figure.colorbar(like, ax=axes, label="stress zz [GPa]")
+    figure.savefig("sphere_defect.png", dpi=110)
+
+
+def sphere_scene(ends):
+    """The coupled scene; the ends of its holds are put into a list."""
+    times, speeds, t, depth = [0.0], [0.0], 0.0, 0.0
+    for d in LONG + SHORT:
+        hold = HOLDS[d in SHORT]
+        times += [t + WAY / 2, t + WAY, t + WAY + hold]
+        speeds += [2e-9 * (d - depth) / WAY, 0.0, 0.0]
         t, depth = times[-1], d
         ends.append(t)
     n, z, low = 28 * A, 24 * A, 8 * A
-    scene = f"""&scene title='sphere', end_time={t!r} /
-&grid lower=0,0,0, upper={numbers(n, n, z + 8 * A)}, cell_size={4 * A!r},
+    return f"""&scene title='sphere', end_time={t!r} /
+&grid lower=0,0,0, upper={numbers(n, n, z + 8 * A)}, cell_size={2 * A!r},
       boundary='roller','roller','roller','roller','roller','free' /
 &material name='copper', model='cauchy_born', density=8936, {COPPER} /
 &body material='copper', shape='box', lower=0,0,0, upper={numbers(n, n, z)} /
-&damping kind='viscous', coefficient=1.2e12 /
-&tool name='sphere', shape='sphere', radius=2.5e-9, tip={numbers(n / 2, n / 2, z)}, axis=0,0,-1,
-      times={numbers(*times)}, speeds={numbers(*speeds)} /
+&damping kind='viscous', coefficient=1e12 /
+&tool name='sphere', shape='sphere', radius=2.5e-9, tip={numbers(n / 2 + OFF[0] * A, n / 2 + OFF[1] * A, z)},
+      axis=0,0,-1, times={numbers(*times)},
+      speeds={numbers(*speeds)} /
 &atoms {COPPER}, lower={numbers(low, low, z - 10 * A)}, upper={numbers(n - low, n - low, z)},
-       tool_stiffness={stiffness!r}, relaxation='quench', step=5e-15, at_interface='go_on' /
-&output directory='out', every=1.3e-12, history_every=1e-13 /
+       tool_stiffness={STIFFNESS!r}, relaxation='quench', step=1e-14, at_interface='go_on' /
+&output directory='out', every={WAY + HOLDS[1]!r}, history_every=1e-13 /
 """
-    coupled = run([os.environ["GIMP3D"]], scene, Path("sphere_coupled"))
-    curve = np.loadtxt("sphere_atoms/curve.txt")
+
+
+def sphere():
+    """Loads at depths before the first defect, and where that comes."""
+    a, top, depths, ends = 1e10 * A, 24e10 * A, LONG + SHORT, []
+    text = START.format(boundary="p p s", a=a, nx=28, nz=24, file=FILE) + SPHERE.format(
+        cna=0.25 * (np.sqrt(2) + 2) * a,
+        top=top,
+        a=a,
+        x=(14 + OFF[0]) * a,
+        y=(14 + OFF[1]) * a,
+        stiffness=STIFFNESS / 1.602176634e11,
+        depths=" ".join(f"{10 * d:.1f}" for d in depths),
+    )
+    atoms = run(["lmp", "-in", "in.run", "-log", "none"], text, Path("sphere_atoms"))
+    coupled = run([os.environ["GIMP3D"]], sphere_scene(ends), Path("sphere_coupled"))
+    theirs = NANO * np.loadtxt("sphere_atoms/curve.txt")[:, 1]
     tool = History(Path("sphere_coupled/out/tool_sphere.dat"))
-    box = History(Path("sphere_coupled/out/atoms_atoms.dat"))
-    worst = 0.0
-    for k, (d, end) in enumerate(zip(DEPTHS, ends)):
+    snapshots = {time_of_snapshot(snapshot_of(p)): p for p in dumps_of(Path("sphere_coupled/out"))}
+    ours, first = [], {}
+    for k, (d, end) in enumerate(zip(depths, ends)):
         row = np.flatnonzero(tool["time"] <= 1.0001 * end)[-1]
-        load, theirs = 1e9 * tool["load_z"][row], NANO * curve[k, 1]
-        last = dump(Path(f"sphere_atoms/depth_{10 * d:.1f}.lammpstrj"))
-        inside = (last["z"] > 4.0) & (last["z"] < 24 * a - 3.0)
-        stacked = int(np.sum(np.round(last["c_cna"][inside]) == 2))
+        ours.append(1e9 * tool["load_z"][row])
+        all_of_them = dump(Path(f"sphere_atoms/depth_{10 * d:.1f}.lammpstrj"))
+        path = min(snapshots.items(), key=lambda item: abs(item[0] - end))[1]
+        box = dump(path)
+        counts = [int(stacked(of, top)[of["type"] < 1.5].sum()) for of in (all_of_them, box)]
         print(
-            f"  sphere, {d:.2f} nm: all atoms {theirs:.2f} nN, {stacked} hcp; coupled {load:.2f} nN "
-            f"({100 * (load / theirs - 1):+.1f} %), {box['defects'][row]:.0f} not fcc any more"
+            f"  sphere, {d:.2f} nm: all atoms {theirs[k]:.2f} nN, {counts[0]} hcp; coupled {ours[k]:.2f} nN "
+            f"({100 * (ours[k] / theirs[k] - 1):+.1f} %), {counts[1]} hcp"
         )
-        if stacked < DEFECTS:
-            worst = max(worst, abs(load / theirs - 1))
-    final = dump(dumps_of(Path("sphere_coupled/out"))[-1])
-    real = final["type"] == 1
-    say_prices(atoms, coupled, len(last["x"]), int(real.sum()))
-    require(f"sphere: loads before the first defect within 5 %: {100 * worst:.1f}", worst < 0.05)
+        for name, count, of in (("all", counts[0], all_of_them), ("coupled", counts[1], path)):
+            if count >= DEFECTS and name not in first:
+                first[name] = (k, of)
+    require("both have a defect in the end", len(first) == 2)
+    if len(first) < 2:
+        return
+    before = min(first[name][0] for name in first)
+    worst = max(abs(ours[k] / theirs[k] - 1) for k in range(before))
+    depth = [depths[first[name][0]] for name in ("all", "coupled")]
+    load = [loads[first[name][0] - 1] for name, loads in (("all", theirs), ("coupled", ours))]
+    print(
+        f"  first defect: all atoms at {depth[0]:.2f} nm, after {load[0]:.2f} nN; coupled at {depth[1]:.2f} "
+        f"nm, after {load[1]:.2f} nN"
+    )
+    defect_picture(first["all"][1], snapshot_of(first["coupled"][1]), top, 14 * A)
+    say_prices(atoms, coupled, len(all_of_them["x"]), int((box["type"] == 1).sum()))
+    require(f"sphere: loads before the first defect within 2 %: {100 * worst:.1f}", worst < 0.02)
+    require("depth of the first defect within 5 %", abs(depth[1] / depth[0] - 1) < 0.05)
+    require("load of the first defect within 5 %", abs(load[1] / load[0] - 1) < 0.05)
 
 
 if not shutil.which("lmp") or not Path(FILE).is_file():

@@ -457,8 +457,7 @@ contains
                  ', mass=6.6335e-26, temperature=20, thermostat_rate=2e12')
       if (.not. allocated(model%atoms)) return
       if (associated(box%atoms)) then
-         allocate (x, mold=box%atoms%x)
-         allocate (v, mold=box%atoms%x)
+         allocate (x(3, sum(box%counts)), v(3, sum(box%counts)))
          call box%atoms%get_motion(x, v)
          v = 0.0_wp
          call box%atoms%set_motion(x, v)
