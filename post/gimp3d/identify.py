@@ -180,7 +180,9 @@ def fill(job):
         SHIPPED if job.settings.get("SHIPPED") != "no" else None,
     )
     cores = int(job.number("CORES", len(os.sched_getaffinity(0))))
-    missing = [case for tip in tips for case in surrogate.design(tip, job.law) if case not in cache]
+    shipped = "WRITE" in job.settings
+    designs = [surrogate.shipped_design(tip) if shipped else surrogate.design(tip, job.law) for tip in tips]
+    missing = [case for cases in designs for case in cases if case not in cache]
     price = planning.price_of(missing, cores, job.settings.get("PROGRAM"))
     print(f"Plan: {len(missing)} runs: {price.words}", flush=True)
     if job.settings.get("PLAN") == "only":

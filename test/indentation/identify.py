@@ -14,6 +14,7 @@ import numpy as np
 ROOT, GIMP3D = Path(sys.argv[1]), sys.argv[2]
 from gimp3d import identify, instrument_file
 from gimp3d.identification import (
+    effects,
     fit,
     forward,
     general,
@@ -142,10 +143,10 @@ check(
     all(
         case in cache
         for one in (Tip("cone", 70.3), Tip("cone", 60.0), globe)
-        for case in surrogate.design(one)
+        for case in surrogate.shipped_design(one)
     ),
 )
-case = forward.Case(Tip("cone", 70.3), 60, (0.12,))
+case = forward.Case(Tip("cone", 70.3), 60, (0.3,))
 shipped = surrogate.features(case, cache[case]["kept"])
 again = Cache("anew", shipped=None)
 price, before = planning.price_of([case], 1, GIMP3D), planning.spent()
@@ -156,6 +157,103 @@ several = planning.price_of([case] * 3, 1, GIMP3D)
 check("three runs cost more than one", 0.0 < price.seconds < several.seconds)
 today = surrogate.features(case, again[case]["kept"])
 check(f"one of them run again: {today - shipped} apart", np.all(np.abs(today - shipped) < [0.01, 0.04, 0.1]))
+
+
+def with_waves(case, size, inverse):
+    """What is kept of a run whose static curve is a parabola with an unloading of size and inverse exponent,
+    with the force of Lysmer's dashpot in it: 3.4 r^2 sqrt(rho G)/(1 - nu) for the radius r of the contact."""
+    top, young, poisson = 0.5, forward.YOUNG, case.poisson
+    times, speeds, _ = forward.motion(case)
+    impedance = 3.4 * np.sqrt(forward.DENSITY * young / (2 * (1 + poisson))) / (1 - poisson)
+    h, share = np.linspace(0.02, 1, 80), np.linspace(1, 0.01, 200)
+    back = size * (1 - share**inverse)
+
+    def force(stiffness, speed):  # over E h_max^2, of a stiffness over E h_max
+        radius = stiffness * forward.DEPTH * (1 - poisson**2) / 2
+        return impedance * radius**2 * speed / (young * forward.DEPTH**2)
+
+    stiffness = top / (size * inverse)
+    lag = force(stiffness, speeds[1]) * 2 * top / stiffness**2  # c P'/S^2, the displacement that lags
+    way = 0.5 * -speeds[-1] * (times[5] - times[4]) / forward.DEPTH
+    speed = -speeds[-1] * np.sqrt(np.minimum(back / way, 1))
+    return {
+        "loading_depth": h, "loading_load": top * (h * (1 + lag)) ** 2, "load_at_rest": top,
+        "unloading_depth": 1 - back,
+        "unloading_load": top * share - force(stiffness * share ** (1 - inverse), speed),
+    }  # fmt: skip
+
+
+for speed in (1.0, 2.0):
+    fast = forward.Case(Tip("cone", 60.0), 60, (0.3,)).with_numerics(
+        back=0.003 * speed, speed=0.7 * speed, fastest=0.002
+    )
+    load, size, inverse = forward.sharp_law(with_waves(fast, 0.2, 0.75), fast)
+    dashpot, forward.DASHPOT = forward.DASHPOT, 0.0
+    plain, forward.DASHPOT = forward.sharp_law(with_waves(fast, 0.2, 0.75), fast), dashpot
+    off = [np.exp(load) / 0.5 - 1, size * inverse / (1 + inverse) / 0.2 * 1.75 / 0.75 - 1]
+    before = [np.exp(plain[0]) / 0.5 - 1, plain[1] * plain[2] / (1 + plain[2]) / 0.2 * 1.75 / 0.75 - 1]
+    check(
+        f"waves at {speed:g} times the speed: C, recovery off by {off}, without the dashpot {before}",
+        np.all(np.abs(off) < 0.002) and np.all(np.abs(before) > 0.004 * speed),
+    )
+slower = {what: [] for what in ("with", "without")}
+coarse, _, slow_in, slow_out = surrogate.SHARP[2:]
+for what, factor in (("with", 1.0), ("without", 0.0)):
+    dashpot, forward.DASHPOT = forward.DASHPOT, factor * forward.DASHPOT
+    for one in (Tip("cone", 70.3), Tip("cone", 60.0)):
+        for ratio, exponent in surrogate.CHECKED[False]:
+            three = [forward.Case(one, ratio, (exponent,), numerics=n) for n in (coarse, slow_in, slow_out)]
+            first, slow, back = (surrogate.features(case, cache[case]["kept"]) for case in three)
+            slower[what].append([slow[0] - first[0], *(back - first)[1:]])
+    forward.DASHPOT = dashpot
+means = {what: np.mean(rows, axis=0) for what, rows in slower.items()}
+check(
+    f"at half the loading speed ln C differs by {means['with'][0]}, at 0.4 of the unloading speed ln "
+    f"recovery and 1/m by {means['with'][1:]} on average; without the dashpot by {means['without']}",
+    np.all(np.abs(means["with"]) < 0.5 * np.abs(means["without"])),
+)
+
+# ---- the error of the model by pairs of runs; the fall of the load at rest ----
+
+low = {**with_waves(fast, 0.2, 0.75)}
+low |= {name: 0.98 * np.asarray(low[name]) for name in ("load_at_rest", "unloading_load")}
+before, after = (surrogate.features(fast, kept) for kept in (with_waves(fast, 0.2, 0.75), low))
+check(
+    f"a load that is 2 % lower at rest changes the features by {after - before}",
+    np.all(np.abs(after - before) < 0.004),
+)
+rng, sizes = np.random.default_rng(4), np.array([1 / n.cells for n in surrogate.SHARP[:3]])
+for order, size in ((1, 0.02), (1.5, 0.02), (2, 0.02), (1, 0.0)):
+    pairs = []
+    for soft in np.linspace(-0.8, 1.2, 40):
+        left = size * (1 + 0.5 * soft) * (sizes / sizes[0]) ** order  # features are lower by this
+        reach = effects.reaches(surrogate.SHARP[0], surrogate.SHARP[2], surrogate.SHARP[0], 1)
+        change = left[2] - left[0] + 1e-3 * rng.standard_normal(1)
+        pairs.append((np.array([soft, 0.0]), change * reach, reach, np.ones(1)))
+    effect, where = effects.Effect.measured(pairs), np.array([0.5, 0.0])
+    sigma = np.hypot(effect.deviation(where), np.sqrt(effect.variance(where)))[0]
+    check(
+        f"an effect of {1.25 * size:g} of order {order} on the runs' cells: one sigma {sigma:.4f}",
+        abs(sigma - 1.25 * size / np.sqrt(3)) < 1e-3 if order == 1 else 1.25 * size / 3 < sigma < 2 * size,
+    )
+kinds = {one: [[], []] for one in (Tip("cone", 70.3), Tip("cone", 60.0))}
+for one, (changes, most) in kinds.items():
+    effect = built[one].effects["cells"]
+    for case, record in cache.cases():
+        if (case.tip, case.numerics) == (one, surrogate.SHARP[1]):
+            beside = cache[case.with_numerics(cells=surrogate.SHARP[0].cells, fine=surrogate.SHARP[0].fine)]
+            changes.append(
+                surrogate.features(case, record["kept"]) - surrogate.features(case, beside["kept"])
+            )
+            reach = effects.reaches(surrogate.SHARP[0], *surrogate.SHARP[:2], 3)
+            most.append(effect.first(surrogate.place(case.ratio, case.shape)) / reach)
+    mean, most, sigma = np.mean(changes, axis=0), np.mean(most, axis=0), built[one].shared(60.0, (0.3,))
+    noise = np.std(changes, axis=0, ddof=1) / np.sqrt(len(changes))
+    check(
+        f"{one.half_angle}: finer cells change ln C, ln recovery, 1/m by {mean} +- {noise}, "
+        f"first order says {most}",
+        np.all(np.abs(mean) < 2.5 * noise + sigma),
+    )
 elements = tomllib.loads((ROOT / "test/references/indentation.toml").read_text())["cone"]["rows"]
 apart = []
 for ratio, exponent, curvature, _, work_ratio in elements:

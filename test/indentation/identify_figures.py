@@ -1,7 +1,7 @@
 """40 made-up materials, run on other cells and at another speed than the runs that come with the package,
 found again from curves with 1 % of white noise; two of them under a sphere too. usage: identify_figures.py
-ROOT; with --make GIMP3D the materials are run anew and test/references/identification.json is written (an
-hour on one core)"""
+ROOT; with --make GIMP3D the materials are run anew and test/references/identification.json is written (20
+minutes on one core)"""
 
 import json
 import sys
@@ -26,12 +26,9 @@ def make(program):
     reference = json.loads(REFERENCE.read_text())
     cache = Cache("truth", shipped=None)
     for row in reference["rows"]:
-        cases = [
-            forward.Case(
-                Tip("cone", a), row[0], (row[1],), numerics=forward.Numerics(**reference["numerics"])
-            )
-            for a in ANGLES
-        ]
+        hard = surrogate.flow_ratio(row[0], (row[1],)) < reference["hard"]
+        numerics = forward.Numerics(**reference["numerics of hard metals" if hard else "numerics"])
+        cases = [forward.Case(Tip("cone", a), row[0], (row[1],), numerics=numerics) for a in ANGLES]
         cache.run(cases, program=program)
         found = [surrogate.features(case, cache[case]["kept"]) for case in cases]
         row[2:] = [round(float(value), 5) for one in found for value in one]
@@ -40,9 +37,9 @@ def make(program):
         case = forward.Case(globe, row[0], (row[1],), numerics=numerics)
         cache.run([case], program=program)
         row[2:] = [round(float(value), 5) for value in surrogate.features(case, cache[case]["kept"])]
-    head = json.dumps({key: value for key, value in reference.items() if key != "rows"})[:-1]
+    head = [f'"{key}": {json.dumps(value)}' for key, value in reference.items() if key != "rows"]
     rows = ",\n".join(json.dumps(row) for row in reference["rows"])
-    REFERENCE.write_text(f'{head}, "rows": [\n{rows}\n]}}\n')
+    REFERENCE.write_text("{\n" + ",\n".join([*head, f'"rows": [\n{rows}\n]']) + "}\n")
 
 
 def curve(features, seed):
@@ -155,13 +152,15 @@ def main():
             + "; ".join(f"{name} {int(value)}" for name, value in counts.items())
         )
         print(f"   median half-width of the yield stress {np.median(found[:, 8]):.3f}")
-        wrong += not 34 <= counts["yield interval holds"] < 40 or counts["stress interval holds"] < 34
+        wrong += min(counts["yield interval holds"], counts["stress interval holds"]) < 34
         if tips == 1:
-            wrong += counts["yield stress called determined"] > 0
+            wrong += np.any(found[found[:, 9] > 0, 3] > 0.25)  # what is called determined is known that well
         else:
             wrong += (
-                counts["stress at the strain known best within 3 %"] < 38 or np.median(found[:, 8]) > 0.12
+                min(counts[f"stress at {where} within 3 %"] for where in ("the strain known best", "3.3 %"))
+                < 38
             )
+            wrong += np.median(found[:, 8]) > 0.12 or counts["yield interval holds"] == len(found)
     return int(wrong)
 
 

@@ -6,10 +6,12 @@ model's error in one covariance.
 D is the covariance of the data, M that of the model: the polynomials' own for each tip, and what finer cells
 and slower tools might still change, which all tips share. The optimum is scipy.optimize.least_squares'. The
 posterior, flat in ln E*, ln sigma_y and the law's coordinates within what the runs cover, is sampled by
-importance from a t distribution about the optimum. Intervals are those of the profile of the likelihood: what
+importance from t distributions along the curved ridge of the likelihood, one for each of RIDGE values of
+the first coordinate. Intervals are those of the profile of the likelihood: what
 draws have whose chi2 is at most 2.71 above the least (90 %), so that the edge of a parameter's range counts
-as any other value. Values are medians of the posterior. With emcee both are of its chains, and intervals hold
-90 % of the posterior."""
+as any other value. Where the optimum is at such an edge, most of the posterior can be elsewhere: intervals
+include its central 90 % too. Values are medians of the posterior. With emcee both are of its chains, and
+intervals hold 90 % of the posterior."""
 
 from dataclasses import dataclass, field
 
@@ -19,9 +21,11 @@ from scipy.stats import chi2 as chi2_law
 from scipy.stats import norm, qmc
 
 from . import forward, surrogate
+from .effects import KINDS
 
 TABLE_POISSON = 0.3
 DRAWS = 2**14
+RIDGE = 12  # values of the first coordinate of a law
 CHAIN = 1500  # steps of emcee's walkers
 LEVEL = 0.90
 ABOVE = 2.706  # of chi2 over the least: the 90 % interval of one number
@@ -117,7 +121,7 @@ class Problem:
         size = len(self.values)
         data, own, cells, pyramid = (np.zeros((size, size)) for _ in range(4))
         ratio, shape = self.ratio(p), self.material(np.asarray(p))[2]
-        columns = np.zeros((size, 5))
+        columns = np.zeros((size, 2 * len(KINDS), 5))
         for number, one in enumerate(self.observed):
             rows = slice(self.ends[number], self.ends[number + 1])
             slope = self.map_slope(number, p)
@@ -126,7 +130,9 @@ class Problem:
             own[rows, rows] = slope @ np.diag(model.own(ratio, shape) ** 2) @ slope.T
             if one.tip.pyramid:
                 pyramid[rows, rows] = slope @ np.diag(PYRAMID[: model.count] ** 2) @ slope.T
-            columns[rows, : model.count] = slope * model.shared
+            deviations = model.common(ratio, shape).reshape(-1, model.count)
+            columns[rows, :, : model.count] = slope[:, None, :] * deviations
+        columns = columns.reshape(size, -1)
         cells += columns @ columns.T
         return data, own, cells, pyramid
 
@@ -163,6 +169,34 @@ class Problem:
             )
         return best, root
 
+    def ridge(self, best, root):
+        """The optimum, and the optima at fixed values of the law's first coordinate whose chi2 is near the
+        least, with their covariances."""
+        found = [(best.x, self.spread(best.x, root))]
+        if len(best.x) < 3:
+            return found
+        step = (self.high[2] - self.low[2]) / (RIDGE - 1)
+        for value in np.linspace(self.low[2], self.high[2], RIDGE):
+            low, high = np.array(self.low), np.array(self.high)
+            low[2], high[2] = value - 1e-6, value + 1e-6
+            near = min(found, key=lambda one: abs(one[0][2] - value))[0]
+            result = least_squares(
+                lambda p: self.residual(p, root), np.clip(near, low, high), bounds=(low, high), x_scale=0.1
+            )
+            if result.cost < best.cost + 2 * ABOVE:
+                found.append((result.x, self.spread(result.x, root, step)))
+        return found
+
+    def spread(self, p, root, step=np.inf):
+        """Covariance of p at an optimum, its first coordinate within about a step."""
+        jacobian = self.slope(p, root)
+        information = jacobian.T @ jacobian + np.diag(self.wide**-2)
+        for k, (_, sigma) in self.priors.items():
+            information[k, k] += 1 / sigma**2
+        if np.isfinite(step):
+            information[2, 2] += 1 / step**2
+        return np.linalg.inv(information)
+
     def outside(self, p):
         """How far E over yield stress is beyond what the runs cover, in 2 %."""
         if not self.law.flows:
@@ -186,12 +220,12 @@ class Problem:
     def answer(self, seed=1):
         best, root = self.solve()
         jacobian = self.slope(best.x, root)
-        information = jacobian.T @ jacobian + np.diag(self.wide**-2)
-        for k, (_, sigma) in self.priors.items():
-            information[k, k] += 1 / sigma**2
-        covariance = np.linalg.inv(information)
-        sampled = self.run_chains if self.chains else self.sample
-        draws, weights, values = sampled(best.x, covariance, root, seed)
+        ridge = self.ridge(best, root)
+        covariance = ridge[0][1]
+        if self.chains:
+            draws, weights, values = self.run_chains(best.x, covariance, root, seed)
+        else:
+            draws, weights, values = self.sample(ridge, root, seed)
         chi2 = float(self.chi2(best.x, root))
         least = float(values.min())  # the optimum may lie at, or beyond, the edge of what the runs cover
         inside = values <= (least if least > chi2 + 0.5 else min(chi2, least)) + ABOVE
@@ -245,27 +279,38 @@ class Problem:
         chi2 = -2 * sampler.get_log_prob(discard=CHAIN // 4, flat=True)
         return draws, np.full(len(draws), 1 / len(draws)), chi2
 
-    def sample(self, centre, covariance, root, seed):
+    def sample(self, ridge, root, seed):
         """Draws (ln E*, ln yield stress, coordinates) and weights that sum to 1."""
-        freedom, size = 5.0, len(centre)
+        freedom, size = 5.0, len(ridge[0][0])
         uniform = qmc.Sobol(size + 1, seed=seed).random(DRAWS)
         normal = norm.ppf(np.clip(uniform[:, :size], 1e-9, 1 - 1e-9))
         stretch = np.sqrt(freedom / chi2_law.ppf(np.clip(uniform[:, size], 1e-9, 1 - 1e-9), freedom))
-        spread = 1.3**2 * covariance
+        parts = [(centre, 1.3**2 * covariance) for centre, covariance in ridge]
+        of = np.random.default_rng(seed).permutation(DRAWS) % len(parts)  # Sobol points alternate
         for _ in range(4):
-            factor = np.linalg.cholesky(spread + 1e-14 * np.eye(size))
+            factors = [np.linalg.cholesky(spread + 1e-14 * np.eye(size)) for _, spread in parts]
             z = normal * stretch[:, None]
-            draws = centre + z @ factor.T
-            log_q = -0.5 * (freedom + size) * np.log1p(np.sum(z**2, axis=1) / freedom)
+            draws = np.empty_like(z)
+            for k, (centre, _) in enumerate(parts):
+                draws[of == k] = centre + z[of == k] @ factors[k].T
+            log_q = -np.inf
+            for (centre, _), factor in zip(parts, factors):
+                away = np.linalg.solve(factor, (draws - centre).T)
+                one = -0.5 * (freedom + size) * np.log1p(np.sum(away**2, axis=0) / freedom)
+                log_q = np.logaddexp(log_q, one - np.sum(np.log(np.diag(factor))))
             chi2 = self.bounded(draws, root)
             log_p = -0.5 * chi2
             weight = np.exp(log_p - log_q - np.max(log_p - log_q))
             weight /= weight.sum()
-            if 1 / np.sum(weight**2) > 0.2 * DRAWS:
+            if 1 / np.sum(weight**2) > 0.2 * DRAWS or len(parts) > 2:
                 break
-            centre = weight @ draws
-            apart = draws - centre
-            spread = 1.5 * (apart * weight[:, None]).T @ apart + 1e-8 * np.eye(size)
+            for k, (centre, _) in enumerate(parts):
+                some = np.where(of == k, weight, 0.0)
+                if some.sum() > 1e-3:
+                    some /= some.sum()
+                    apart = draws - some @ draws
+                    spread = 1.5 * (apart * some[:, None]).T @ apart + 1e-8 * np.eye(size)
+                    parts[k] = some @ draws, spread
         kept = (weight > 1e-3 / DRAWS) | (chi2 <= chi2.min() + ABOVE)
         return draws[kept], weight[kept] / weight[kept].sum(), chi2[kept]
 
@@ -297,11 +342,12 @@ class Problem:
 
     def interval(self, values, answer):
         """Low, median, high of a number of the draws."""
+        tail = 0.5 * (1 - LEVEL)
+        low, middle, high = quantile(values, answer.weights, [tail, 0.5, 1 - tail])
         if self.chains:
-            tail = 0.5 * (1 - LEVEL)
-            return tuple(quantile(values, answer.weights, [tail, 0.5, 1 - tail]))
-        low, high = float(values[answer.inside].min()), float(values[answer.inside].max())
-        return low, float(np.clip(quantile(values, answer.weights, [0.5])[0], low, high)), high
+            return low, middle, high
+        some = values[answer.inside]
+        return min(float(some.min()), float(low)), float(middle), max(float(some.max()), float(high))
 
     def profile(self, name, values, root, start):
         """chi2 at given values of a parameter (number of p), the others free."""

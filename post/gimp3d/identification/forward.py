@@ -4,9 +4,15 @@ Under a sharp cone load over depth squared and the unloading over the largest de
 exponent and Poisson's ratio alone, so that a scene has one modulus, one density and one depth, and serves
 every experiment. Rounded tips and spheres have the depth over the radius besides.
 
-The load of a tool that stops falls by some per cent before it is drawn back (doc/notebook/load_at_a_stop.md).
-The load in motion is the right one, and so is the stiffness. What comes back is elastic: it is taken over the
-load at rest, and is as much larger as the load in motion is."""
+The load of a tool that stops falls by some per cent before the unloading (doc/notebook/load_at_a_stop.md).
+The load in motion is the right one. The fall scatters by 1 % from run to run, and the recovered depth does
+not follow it: the recovery is that of the load in motion, at the same share of the load at rest.
+
+Runs have a finite speed, so that waves carry energy away from the contact. A half-space responds to an
+elastic displacement of the contact like a spring with a parallel dashpot of 3.4 r^2 sqrt(rho G)/(1 - nu) (a
+rigid disc of radius r at low frequency, Lysmer and Richart 1966); r follows from the stiffness, S = 2 E* r.
+The force of the dashpot is added to the loads of the unloading, and the lag of the elastic displacement is
+subtracted from the depths of the loading under a sharp tip."""
 
 import math
 from dataclasses import asdict, dataclass, replace
@@ -18,27 +24,32 @@ from .tips import Tip
 
 YOUNG, DENSITY, DEPTH = 1e11, 1e4, 1e-6  # of every scene: Pa, kg/m3, m
 REPRESENTATIVE = 0.033  # plastic strain, that of a cone of 70.3 degrees (Dao et al. 2001)
-SLOWEST, FASTEST = 0.0014, 0.006  # speeds of the tool over that of pressure waves
+SLOWEST = 0.0014  # lowest speed of the tool over that of pressure waves
 BINS = 60  # of the loading, and of the unloading, that are kept
 LOADING = (0.45, 1.0)  # shares of the depth that C is taken from
 UNLOADING = (0.05, 0.95)  # shares of the load that the unloading is taken from
 BENT = (0.3, 1.0)  # shares of the depth that the loading of a tip with a length is taken from
 PILE_UP = np.linspace(0.75, 1.3, 56)  # radius of contact over that of the ideal section
+SWEEPS = 8  # of the force of the dashpot and the stiffness
+DASHPOT = 3.4  # of a rigid disc on a half-space, over r^2 sqrt(rho G)/(1 - nu)
 BLUNT = math.tan(math.radians(70.3))  # contact radius over depth that cells are laid out for
 
 
 @dataclass(frozen=True)
 class Numerics:
-    """cells: finest cells to the largest depth; fine: of them, across the finest level; levels: beyond the
-    finest cells, each twice as wide; speed: of the tool, over the flow stress over rho c; back: of the way
-    back over the way that waves go meanwhile."""
+    """cells: finest cells to the largest depth of a cone of 70.3 degrees, as many to the contact radius of
+    other cones; fine: number of finest cells across the finest level; levels: number of coarser levels, each
+    with cells twice as wide; speed: speed of the tool over the flow stress over rho c; back: depth over the
+    way of a pressure wave during the unloading; fastest: largest speed of the tool over that of pressure
+    waves."""
 
-    cells: float = 2.0
-    fine: int = 12
-    levels: int = 4
+    cells: float = 3.5
+    fine: int = 14
+    levels: int = 5
     speed: float = 0.7
-    back: float = 0.004
+    back: float = 0.003
     flip: float = 0.97
+    fastest: float = 0.002
 
 
 @dataclass(frozen=True)
@@ -63,7 +74,7 @@ class Case:
         degrees, or of a sharp one."""
         tip = self.tip
         if not tip.has_length:
-            return 1.0
+            return float(f"{math.tan(math.radians(tip.half_angle)) / BLUNT:.4g}")
         sharp = math.tan(math.radians(tip.half_angle)) if tip.kind == "cone" else BLUNT
         return float(f"{tip.contact_radius(1.0) / sharp:.4g}")
 
@@ -82,7 +93,7 @@ def case_of(record):
         record["ratio"],
         tuple(record["shape"]),
         record["poisson"],
-        Numerics(**record["numerics"]),
+        Numerics(**{"fastest": 0.006, **record["numerics"]}),  # what records without it have
         record.get("law", "power"),
     )
 
@@ -101,9 +112,10 @@ def motion(case):
     c = np.sqrt(YOUNG * (1 - case.poisson) / (1 + case.poisson) / (1 - 2 * case.poisson) / DENSITY)
     numerics = case.numerics
     share = numerics.speed / Numerics.speed
-    speed = min(max(numerics.speed / case.flow_ratio, SLOWEST * share), FASTEST * share) * c
+    pace = c / (1.0 if case.tip.has_length else case.width)  # waves cross the contact in a time of its radius
+    speed = min(max(numerics.speed / case.flow_ratio, SLOWEST * share), numerics.fastest * share) * pace
     way = 1.25 * recovery(case) * DEPTH
-    back = numerics.back * 1.25 * recovery(case) * c
+    back = numerics.back * 1.25 * recovery(case) * pace
     unit = DEPTH / speed
     times = np.cumsum([0.0, 0.05 * unit, 0.9 * unit, 0.15 * unit, 0.05 * unit, 0.1 * way / back])
     return times, [0.0, speed, speed, 0.0, 0.0, -back], float(times[-1] + way / back)
@@ -219,28 +231,56 @@ def loading_law(kept, case):
     return found
 
 
-def unloading_law(kept, bent=None):
-    """delta0 and 1/m of delta(s) = delta0 (1 - s^(1/m)): what has come back, over the largest depth, at a
-    share s of the largest load; of a load in motion, as the module says: that of C, or of a tip with a length
-    exp(`bent`) over E and the depth's square."""
+def radiated(case, speed, stiffness):
+    """Force of the dashpot over E h^2 at a speed (m/s) of the elastic displacement; stiffness over E h."""
+    poisson = case.poisson
+    radius = 0.5 * stiffness * (1 - poisson**2)
+    return DASHPOT * radius**2 / (1 - poisson) * speed * np.sqrt(DENSITY / (2 * (1 + poisson) * YOUNG))
+
+
+def speeds_back(case, back):
+    """Speed of the tool (m/s) where it has come back by shares of the depth: it is accelerated evenly."""
+    times, speeds, _ = motion(case)
+    speed = -speeds[-1]
+    way = 0.5 * speed * (times[5] - times[4]) / DEPTH
+    return speed * np.sqrt(np.clip(back / way, 0.0, 1.0))
+
+
+def unloading_law(kept, case):
+    """delta0 and 1/m of delta(s) = delta0 (1 - s^(1/m)): the recovery over the largest depth at a share s of
+    the largest load. The force of the dashpot follows from the stiffness, which falls with s as the contact
+    does."""
     from scipy.optimize import minimize_scalar
 
-    h, p = np.array(kept["unloading_depth"]), np.array(kept["unloading_load"])
-    top, rest = curvature(kept, 0.7) if bent is None else float(np.exp(bent)), kept["load_at_rest"]
-    share = p / rest
-    rows = (share > UNLOADING[0]) & (share < UNLOADING[1])
-    back, share = (1 - h[rows]) * top / rest, share[rows]
+    h, p, rest = np.array(kept["unloading_depth"]), np.array(kept["unloading_load"]), kept["load_at_rest"]
+    every, speed = 1 - h, speeds_back(case, 1 - h)
+    size, inverse, share = np.inf, 1.0, p / rest
+    for _ in range(SWEEPS):
+        stiffness = rest / (size * inverse) * np.clip(share, 1e-3, 1.0) ** (1 - inverse)
+        share = p / rest + radiated(case, speed, stiffness) / rest
+        rows = (share > UNLOADING[0]) & (share < UNLOADING[1])
+        back, some = every[rows], share[rows]
 
-    def recovered(inverse):
-        rise = 1 - share**inverse
-        return float(rise @ back / (rise @ rise)), rise
+        def fitted(inverse, back=back, some=some):
+            rise = 1 - some**inverse
+            size = float(rise @ back / (rise @ rise))
+            return size, float(np.sum((size * rise - back) ** 2))
 
-    def left(inverse):
-        size, rise = recovered(inverse)
-        return float(np.sum((size * rise - back) ** 2))
+        found = minimize_scalar(
+            lambda x: fitted(x)[1], bounds=(0.3, 1.0), method="bounded", options={"xatol": 1e-7}
+        )
+        inverse = float(found.x)
+        size = min(max(fitted(inverse)[0], 1e-4), 1.5)
+    return size, inverse
 
-    inverse = float(minimize_scalar(left, bounds=(0.3, 1.0), method="bounded", options={"xatol": 1e-7}).x)
-    return min(max(recovered(inverse)[0], 1e-4), 1.5), inverse
+
+def sharp_law(kept, case):
+    """ln of the load over E h^2, delta0 and 1/m under a sharp tip, without the effect of waves: at a load
+    that rises by P' = 2 P v/h per time the elastic displacement lags by c P'/S^2, c of the dashpot."""
+    rest, (size, inverse) = kept["load_at_rest"], unloading_law(kept, case)
+    stiffness = rest / (size * inverse)
+    lag = radiated(case, motion(case)[1][1], stiffness) * 2 * rest / stiffness**2
+    return math.log(curvature(kept) * (1 - lag) ** 2), size, inverse
 
 
 def mean_recovery(recovered, inverse):

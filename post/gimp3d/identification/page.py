@@ -210,10 +210,12 @@ def model_table(problem, answer):
             part = answer.parts[name]
             rows.append((words_, *map(words.percent, part[:2]), *(f"{value:.2g}" for value in part[2:])))
     table = html.table("Standard deviation of each parameter, by source", ["source", *columns], rows)
+    p = np.array([*np.log(answer.best[:2]), *answer.best[2:]])
+    middle = problem.ratio(p), problem.material(p)[2]
     lines = [
         (words.candidate_title(model.tip), str(len(model.cases)),
          *(f"{fit.scatter:.2g}" for fit in model.fits[:3]),
-         *(f"{value:.2g}" for value in model.shared[:3]))
+         *(f"{value:.2g}" for value in model.shared(*middle)[:3]))
         for model in problem.surrogates
     ]  # fmt: skip
     return html.join(
