@@ -66,7 +66,7 @@ keys = (
 area_share = 0.2  # of the largest depth, before the unloading: rows that the true area is taken from
 # Of the finest cells, which tools are thought to stand on: how far the edge of the contact_area of the
 # history is off. In the cones of B1 in doc/user/benchmarks.md it is by 0.08, rms; where tools know the
-# compliance below a cell, by 0.08 at most under the elastic pyramids of B4 (test indentation/benchmarks)
+# compliance below a cell, by 0.03 at most under the elastic pyramids of B4 (test indentation/benchmarks)
 history_resolution, elastic_resolution = 0.125, 0.08
 
 scatter_unknown = (
