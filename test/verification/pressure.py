@@ -251,8 +251,8 @@ if __name__ == "__main__":
     ):
         uniform_stress(name, base, height, particles, both)
     every = sys.argv[1:] == ["long"]
-    tops_27 = (1.0, 1.0 + CELL / 3, 1.0 + 2 * CELL / 3) if every else (1.0 + CELL / 3,)
-    for particles, tops in ((8, (1.0, 1.05)), (27, tops_27)):
+    tops_27 = (1.0, 1.0 + CELL / 3, 1.0 + 2 * CELL / 3)
+    for particles, tops in ((8, (1.0, 1.05)), (27, tops_27))[: 2 if every else 1]:
         for top in tops:
             for pressure in (50e3, 150e3) if every else (150e3,):
                 pulled_rod("fixed", particles, top, pressure, 0.01)
@@ -263,7 +263,7 @@ if __name__ == "__main__":
                 for pressure in (150e3, 300e3) if every else (300e3,):
                     pulled_rod(domain, particles, top, pressure, 0.01)
     pulled_rod("corners", 1, 1.0, 150e3, 0.01)
-    for ranks in (1, 2, 4):
+    for ranks in (1, 2, 4) if every else (1, 2):
         turning(ranks)
     for follows in (False, True):
         traction(follows)
