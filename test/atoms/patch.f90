@@ -385,7 +385,7 @@ contains
       type(model_t), target :: model
       type(error_t) :: error
       type(sums_t) :: sums
-      real(wp) :: l(3, 3), step, a, p(3), q(3), start(6), now(6), scale(2), before(6), apart(6)
+      real(wp) :: l(3, 3), step, a, p(3), q(3), start(6), now(6), scale(2), before(6), apart(6), drift
       real(wp), allocatable :: kept(:), moved(:), halves(:)
       integer :: n, total
       steps = 6
@@ -435,8 +435,16 @@ contains
       call test%check(all(abs(apart) < 1.0e-12_wp*scale([1, 1, 1, 2, 2, 2])), 'what nodes get, atoms lose')
       call say('energy of atoms with what they gave, change, of that', range_of(kept)/range_of(moved))
       call say('control: with halves of the bonds that cross', range_of(halves)/range_of(moved))
-      ! bonds push the grid where they cross, which in a long flight moves not quite as their lines do
-      call test%check(range_of(kept) < merge(0.01_wp, 0.05_wp, steps < 10)*range_of(moved), 'energy')
+      if (steps < 10) then
+         call test%check(range_of(kept) < 0.01_wp*range_of(moved), 'energy')
+      else
+         ! the sum swings: bonds push the grid where they cross, and while waves run that point does not move
+         ! quite as their lines do
+         n = steps/4
+         drift = (sum(kept(steps - n + 1:)) - sum(kept(:n)))/n
+         call say('its drift: mean of the last quarter less that of the first', drift/range_of(moved))
+         call test%check(abs(drift) < 0.05_wp*range_of(moved), 'drift of the energy')
+      end if
    end subroutine fly
 
    pure real(wp) function range_of(values)
