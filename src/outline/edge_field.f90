@@ -30,14 +30,14 @@ contains
       logical, intent(out) :: known       !< an edge was found
       real(wp) :: left, least, middle, right, start, weight(size(along)), last
       integer :: half, i, n
-      integer, parameter :: most = nint(widest/step)
-      real(wp) :: misfits(-most:most)
+      integer, parameter :: max_half = nint(widest/step)
+      real(wp) :: misfits(-max_half:max_half)
       known = .false.
       edge = 0.0_wp
       if (.not. any(pressed) .or. all(pressed)) return
       start = 0.5_wp*(maxval(along, mask=pressed) + minval(along, mask=.not. pressed))
       edge = start
-      half = most
+      half = max_half
       do n = 1, max_tries
          weight = share(inside + along - edge)*share(outside + edge - along)
          do i = -half, half
