@@ -64,7 +64,7 @@ def ball_in_a_socket(particles, triangles=0, strain=0.0):
         + fit
         + STATIC
         + f"&output directory='{name}', history_every=0.1, formats='none' /\n",
-        1,
+        2 if strain > 0 else 1,
     )
     pressure = mean_force(name, "a_b", 0.4) / (np.pi / 4 * radius**2)
     if not strain > 0:
