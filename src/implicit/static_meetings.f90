@@ -56,54 +56,65 @@ contains
             if (.not. held) cycle
             it%partner = m
             bodies%overlap(it%pair) = max(bodies%overlap(it%pair), -it%gap - it%deflection)
-            ! both sides of a contact have points, and each bears half
-            new%contact_compliance = 2.0_wp*contact%share*compliance*level%grid%cell &
-                           /(softer_of(it, meeting%field)*it%area)
-            if (it%subcell > 0.0_wp) then ! of both bodies, each point with half of its area
-               new%subcell_compliance = 2.0_wp*contact%share*(it%subcell + softest(meeting%field))/it%area
-               new%contact_compliance = beside_subcell*new%contact_compliance + new%subcell_compliance
-            end if
-            new%force = it%force/contact%share
-            new%force_before = new%force
-            new%pressed = new%force > 0.0_wp .or. it%gap <= touches*level%grid%cell
-            if (it%has_friction) then
-               new%friction_force = it%last_tangential_force/contact%share
-               new%friction_before = new%friction_force
-               new%kept = -(new%contact_compliance - new%subcell_compliance)*new%friction_force &
-                          - it%shear_deflection
-            end if
+            call set_compliances(new, contact%share, compliance, meeting%field, level, materials, candidates)
+            call start_from_last_step(new, contact%share, touches*level%grid%cell)
             call contact%add(new)
          end associate
       end do
       call guess_first_contact(contact, first, communicator, level, size(bodies%specs))
+   end subroutine find_meeting_points
+
+   !> Set the compliances of a point at which a body meets those of another velocity field.
+   subroutine set_compliances(new, share, compliance, field, level, materials, candidates)
+      type(static_point_t), intent(inout) :: new
+      real(wp), intent(in) :: share      !< of the solver's forces that acts in the mean of the step
+      real(wp), intent(in) :: compliance !< of a point: gap over cell under a pressure of Young's modulus
+      integer, intent(in) :: field       !< velocity field of the bodies that the point meets
+      type(level_t), intent(in) :: level
+      type(materials_t), intent(in) :: materials
+      type(candidates_t), intent(in) :: candidates !< of explicit steps, for data of materials
+      real(wp) :: young, subcell !< of the softest body that it meets, Pa and m/Pa
+      integer :: body
+      associate (it => new%point)
+         young = modulus_of(int(level%blocks(it%block)%particles%body(it%particle)))
+         subcell = 0.0_wp
+         do body = 1, size(materials%of_body)
+            if (level%field_of_body(body) /= field) cycle
+            young = min(young, modulus_of(body))
+            subcell = max(subcell, candidates%subcell*subcell_compliance(level%grid%cell, &
+               candidates%modulus(materials%of_body(body)), 0.0_wp))
+         end do
+         ! both sides of a contact have points, and each bears half
+         new%contact_compliance = 2.0_wp*share*compliance*level%grid%cell/(young*it%area)
+         if (it%subcell > 0.0_wp) then ! of both bodies, each point with half of its area
+            new%subcell_compliance = 2.0_wp*share*(it%subcell + subcell)/it%area
+            new%contact_compliance = beside_subcell*new%contact_compliance + new%subcell_compliance
+         end if
+      end associate
    contains
-      !> Young's modulus of a point's particle or, if softer, of the bodies that it meets, Pa.
-      real(wp) function softer_of(c, field) result(young)
-         type(candidate_t), intent(in) :: c
-         integer, intent(in) :: field !< velocity field of these
-         integer :: body
-         young = modulus_of(int(level%blocks(c%block)%particles%body(c%particle)))
-         do body = 1, size(materials%of_body)
-            if (level%field_of_body(body) == field) young = min(young, modulus_of(body))
-         end do
-      end function softer_of
-
-      !> The largest compliance below a cell of the bodies that a point meets, m/Pa.
-      real(wp) function softest(field)
-         integer, intent(in) :: field
-         integer :: body
-         softest = 0.0_wp
-         do body = 1, size(materials%of_body)
-            if (level%field_of_body(body) == field) softest = max(softest, candidates%subcell &
-               *subcell_compliance(level%grid%cell, candidates%modulus(materials%of_body(body)), 0.0_wp))
-         end do
-      end function softest
-
       real(wp) function modulus_of(body)
          integer, intent(in) :: body
          modulus_of = young_modulus(materials%slots(materials%of_body(body))%law)
       end function modulus_of
-   end subroutine find_meeting_points
+   end subroutine set_compliances
+
+   !> Forces that the point had at the end of the last step, as a first guess.
+   subroutine start_from_last_step(new, share, touching)
+      type(static_point_t), intent(inout) :: new
+      real(wp), intent(in) :: share    !< of the solver's forces that acts in the mean of the step
+      real(wp), intent(in) :: touching !< gap below which a point is guessed to press, m
+      associate (it => new%point)
+         new%force = it%force/share
+         new%force_before = new%force
+         new%pressed = new%force > 0.0_wp .or. it%gap <= touching
+         if (it%has_friction) then
+            new%friction_force = it%last_tangential_force/share
+            new%friction_before = new%friction_force
+            new%kept = -(new%contact_compliance - new%subcell_compliance)*new%friction_force &
+                       - it%shear_deflection
+         end if
+      end associate
+   end subroutine start_from_last_step
 
    !> Collective: for a pair without contact, assume contact at the points that almost touch: without it, a
    !> body with no other support has no equilibrium.
