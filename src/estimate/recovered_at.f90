@@ -5,13 +5,14 @@ module m_recovered_at
    use m_kinds, only: wp
    use m_constants, only: block_size
    use m_node_values, only: node_values, tile_last
+   use m_grid_level, only: grid_level_t
    use m_model, only: model_t
    use m_cell_list, only: cell_list_t
    use m_stencil, only: bin_place
    use m_edge, only: edge_t, prolong, patch_last
    use m_boundary, only: mirror_means, motion_parity, stress_parity
-   use m_stress_recovery, only: make_means
-   use m_recovered_stress, only: give, take, members_of, chosen, mirrors_of
+   use m_node_filling, only: even_share
+   use m_recovered_stress, only: give, take, members_of, chosen, mirrors_of, make_mixed_means
    implicit none
    private
    public :: recover_stress_at
@@ -35,7 +36,7 @@ contains
       type(model_t), intent(in) :: model
       integer, intent(in) :: at(3) !< its level, block and number here; 0 on other ranks
       real(wp), intent(out) :: stress(6)
-      type(box_t) :: around
+      type(box_t) :: around, even !< the latter with even weights
       type(tiles_t) :: tiles
       real(wp), allocatable :: found(:, :)
       integer :: facts(5) ! its level, its body, the node of its bin
@@ -50,8 +51,8 @@ contains
       call MPI_Allreduce(MPI_IN_PLACE, facts, size(facts), MPI_INTEGER, MPI_MAX, model%communicator%comm)
       if (facts(1) < 1) return ! the particle no longer exists
       associate (l => facts(1), body => facts(2), middle => facts(3:5))
-         call sum_up(model, body, l, middle - 1, middle + 1, around)
-         call set_means(model, around, middle/block_size, tiles)
+         call sum_both(model, body, middle/block_size, l, middle - 1, middle + 1, around, even)
+         call set_means(model, around, even, middle/block_size, tiles)
          call follow_coarser(model, body, around, middle/block_size, tiles)
          if (at(3) < 1) return
          associate (level => model%levels(l), block => model%levels(l)%blocks(at(2)))
@@ -63,27 +64,43 @@ contains
       end associate
    end subroutine recover_stress_at
 
+   !> Collective: sums over the particles of a body on the nodes of a box, with the weights of the step, and
+   !> with even ones if a node needs them (else these are the same).
+   subroutine sum_both(model, body, place, l, low, high, box, even)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: body, place(3), l, low(3), high(3) !< place: of the block that has the nodes
+      type(box_t), intent(out) :: box, even
+      type(tiles_t) :: tiles
+      call sum_up(model, body, l, low, high, .false., box)
+      call set_sums(box, place, tiles)
+      even = box
+      if (any(even_share(mirrors_of(model, l), place, tiles%places(1, :, :, :)) > 0.0_wp)) &
+         call sum_up(model, body, l, low, high, .true., even)
+   end subroutine sum_both
+
    !> Collective: sums over the particles of a body on the nodes of a box, including those of the next finer
    !> level.
-   subroutine sum_up(model, body, l, low, high, box)
+   subroutine sum_up(model, body, l, low, high, even, box)
       type(model_t), intent(in) :: model
       integer, intent(in) :: body, l, low(3), high(3)
+      logical, intent(in) :: even !< with even weights in place of those of the step
       type(box_t), intent(out) :: box
       type(box_t) :: finer
-      call sum_own(model, body, l, low, high, box)
+      call sum_own(model, body, l, low, high, even, box)
       if (l == size(model%levels)) return
       associate (grid => model%levels(l)%grid)
          if (.not. model%levels(l + 1)%region%overlaps(grid%lower + (low - 2)*grid%cell, &
                                                        grid%lower + (high + 2)*grid%cell)) return
       end associate
-      call sum_own(model, body, l + 1, 2*low - 1, 2*high + 1, finer)
+      call sum_own(model, body, l + 1, 2*low - 1, 2*high + 1, even, finer)
       call restrict_to(model, finer, box)
    end subroutine sum_up
 
    !> Collective: sums over the particles of a body that live on a level on the nodes of a box there.
-   subroutine sum_own(model, body, l, low, high, box)
+   subroutine sum_own(model, body, l, low, high, even, box)
       type(model_t), intent(in) :: model
       integer, intent(in) :: body, l, low(3), high(3)
+      logical, intent(in) :: even !< with even weights in place of those of the step
       type(box_t), intent(out) :: box
       type(tiles_t) :: tiles
       type(cell_list_t) :: members
@@ -102,7 +119,7 @@ contains
             if (any(a > z)) cycle
             members = members_of(level%blocks(b), body, low, high)
             if (members%count == 0) cycle
-            call give(level, mirrors_of(model, l), b, members, tiles%places, tiles%stresses)
+            call give(level, mirrors_of(model, l), b, members, even, tiles%places, tiles%stresses)
             slot = 1 + dot_product(modulo(level%blocks(b)%place, 2), [1, 2, 4])
             associate (part => parts(:, a(1):z(1), a(2):z(2), a(3):z(3), :, slot), f => a - first, &
                        t => z - first)
@@ -158,8 +175,22 @@ contains
    end subroutine restrict_to
 
    !> Set the means of the nodes of a box in the tiles of a block; other nodes get none.
-   subroutine set_means(model, box, place, tiles)
+   subroutine set_means(model, box, even, place, tiles)
       type(model_t), intent(in) :: model
+      type(box_t), intent(in) :: box, even !< sums with the weights of the step, and with even ones
+      integer, intent(in) :: place(3) !< of the block
+      type(tiles_t), intent(out) :: tiles
+      type(tiles_t) :: evens
+      type(grid_level_t) :: mirrors
+      call set_sums(box, place, tiles)
+      call set_sums(even, place, evens)
+      mirrors = mirrors_of(model, box%level)
+      call make_mixed_means(mirrors, place, evens%places, tiles%places)
+      call make_mixed_means(mirrors, place, evens%stresses, tiles%stresses)
+   end subroutine set_means
+
+   !> Set the sums of the nodes of a box in the tiles of a block; other nodes get none.
+   pure subroutine set_sums(box, place, tiles)
       type(box_t), intent(in) :: box
       integer, intent(in) :: place(3) !< of the block
       type(tiles_t), intent(out) :: tiles
@@ -170,9 +201,7 @@ contains
       z = box%high - (block_size*place - 1)
       tiles%places(:, a(1):z(1), a(2):z(2), a(3):z(3)) = box%places
       tiles%stresses(:, a(1):z(1), a(2):z(2), a(3):z(3)) = box%stresses
-      call make_means(tiles%places)
-      call make_means(tiles%stresses)
-   end subroutine set_means
+   end subroutine set_sums
 
    !> Collective: set the means of constrained nodes of a box from those of the nodes that they depend on.
    subroutine follow_coarser(model, body, around, place, tiles)
@@ -181,7 +210,7 @@ contains
       type(box_t), intent(in) :: around
       integer, intent(in) :: place(3) !< of the block of the tiles
       type(tiles_t), intent(inout) :: tiles
-      type(box_t) :: box
+      type(box_t) :: box, even
       type(tiles_t) :: coarser
       type(edge_t) :: edge
       integer :: found(4, 27), i, j, k, n, a(3), z(3)
@@ -199,9 +228,9 @@ contains
       if (n == 0) return
       edge%constrained = found(:, :n)
       edge%corner = block_size/2*modulo(place, 2)
-      call sum_up(model, body, around%level - 1, (around%low - modulo(around%low, 2))/2, &
-                  (around%high + modulo(around%high, 2))/2, box)
-      call set_means(model, box, place/2, coarser)
+      call sum_both(model, body, place/2, around%level - 1, (around%low - modulo(around%low, 2))/2, &
+                    (around%high + modulo(around%high, 2))/2, box, even)
+      call set_means(model, box, even, place/2, coarser)
       call mirror(model, around%level - 1, place/2, coarser)
       a = edge%corner
       z = edge%corner + patch_last

@@ -2,6 +2,7 @@
 module m_recovered_stress
    use m_kinds, only: wp
    use m_constants, only: block_size
+   use m_node_values, only: tile_last
    use m_side_kinds, only: boundary_roller, side_kinds
    use m_grid_level, only: grid_level_t
    use m_model, only: model_t
@@ -12,12 +13,13 @@ module m_recovered_stress
    use m_migration, only: frame_of
    use m_node_exchange, only: sum_tiles
    use m_boundary, only: fold_symmetry, mirror_means, motion_parity, stress_parity
-   use m_stress_recovery, only: give_stress, take_stress, make_means
+   use m_stress_recovery, only: give_stress, take_stress, make_means, mix_means
+   use m_node_filling, only: even_share
    use m_composite_means, only: add_from_finer, take_from_coarser
    implicit none
    private
    public :: block_stress_t, level_stress_t, recover_stress, give, take, members_of, chosen, &
-             mirrors_of
+             mirrors_of, make_mixed_means
 
    !> The recovered stress of the particles of a block.
    type :: block_stress_t
@@ -40,7 +42,8 @@ contains
    subroutine recover_stress(model, recovered)
       type(model_t), intent(inout) :: model
       type(level_stress_t), allocatable, intent(out) :: recovered(:) !< by level
-      type(pool_t) :: places(size(model%levels)), stresses(size(model%levels))
+      type(pool_t), dimension(size(model%levels)) :: places, stresses
+      type(pool_t), dimension(size(model%levels)) :: even_places, even_stresses !< with even weights
       integer :: b, body, l
       allocate (recovered(size(model%levels)))
       do l = 1, size(model%levels)
@@ -49,14 +52,16 @@ contains
             do b = 1, size(level%blocks)
                allocate (recovered(l)%blocks(b)%of(6, level%blocks(b)%particles%count), source=0.0_wp)
             end do
-            allocate (places(l)%tiles, stresses(l)%tiles, mold=level%nodes)
+            allocate (places(l)%tiles, stresses(l)%tiles, even_places(l)%tiles, even_stresses(l)%tiles, &
+                      mold=level%nodes)
          end associate
       end do
       do body = 1, size(model%materials%of_body)
          call sum_up(model, body, places, stresses)
+         call sum_up(model, body, even_places, even_stresses, places)
          do l = 1, size(model%levels)
-            call set_means(model, l, motion_parity, places)
-            call set_means(model, l, stress_parity, stresses)
+            call set_means(model, l, motion_parity, even_places, places)
+            call set_means(model, l, stress_parity, even_stresses, stresses)
             do b = 1, size(model%levels(l)%blocks)
                call take(model%levels(l), b, members_of(model%levels(l)%blocks(b), body), &
                          places(l)%tiles(:, :, :, :, b), stresses(l)%tiles(:, :, :, :, b), &
@@ -67,17 +72,30 @@ contains
    end subroutine recover_stress
 
    !> Collective: sums over the particles of a body on the nodes of all levels, in all tiles, the finest level
-   !> first: each restricts the sums of its constrained nodes to the next.
-   subroutine sum_up(model, body, places, stresses)
+   !> first: each restricts the sums of its constrained nodes to the next. With `filled`, the sums with the
+   !> weights of the step: those with even weights, on nodes that need them (m_node_filling).
+   subroutine sum_up(model, body, places, stresses, filled)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: body
       type(pool_t), intent(inout) :: places(:), stresses(:)
+      type(pool_t), intent(in), optional :: filled(:)
+      type(cell_list_t) :: members
+      type(grid_level_t) :: mirrors
       integer :: b, l
       do l = size(model%levels), 1, -1
+         mirrors = mirrors_of(model, l)
          associate (level => model%levels(l))
             do b = 1, size(level%blocks)
-               call give(level, mirrors_of(model, l), b, members_of(level%blocks(b), body), &
-                         places(l)%tiles(:, :, :, :, b), stresses(l)%tiles(:, :, :, :, b))
+               associate (block => level%blocks(b))
+                  if (present(filled)) then
+                     members = members_near(block, body, needing(level, mirrors, block%place, &
+                                                                 filled(l)%tiles(1, :, :, :, b)))
+                  else
+                     members = members_of(block, body)
+                  end if
+               end associate
+               call give(level, mirrors, b, members, present(filled), places(l)%tiles(:, :, :, :, b), &
+                         stresses(l)%tiles(:, :, :, :, b))
             end do
             if (l < size(model%levels)) then
                associate (composite => model%composite(l + 1), finer => model%levels(l + 1))
@@ -101,23 +119,38 @@ contains
       end subroutine add_up
    end subroutine sum_up
 
-   !> Collective: convert a level's sums to means; constrained nodes get those of the coarser level.
-   subroutine set_means(model, l, parity, pools)
+   !> Collective: convert a level's sums to means, with even weights where nodes need them; constrained nodes
+   !> get those of the coarser level.
+   subroutine set_means(model, l, parity, evens, pools)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
       real(wp), intent(in) :: parity(:, :)
+      type(pool_t), intent(inout) :: evens(:) !< sums with even weights
       type(pool_t), intent(inout) :: pools(:) !< of all levels: those of coarser levels contain means
+      type(grid_level_t) :: mirrors
       integer :: b
-      associate (level => model%levels(l), tiles => pools(l)%tiles)
+      mirrors = mirrors_of(model, l)
+      associate (level => model%levels(l), tiles => pools(l)%tiles, even => evens(l)%tiles)
          do b = 1, size(level%blocks)
-            call make_means(tiles(:, :, :, :, b))
+            call make_mixed_means(mirrors, level%blocks(b)%place, even(:, :, :, :, b), &
+                                  tiles(:, :, :, :, b))
          end do
          if (l > 1) call take_from_coarser(model%composite(l), model%communicator, pools(l - 1)%tiles, tiles)
          do b = 1, size(level%blocks)
-            call mirror_means(mirrors_of(model, l), level%blocks(b)%place, tiles(:, :, :, :, b), parity)
+            call mirror_means(mirrors, level%blocks(b)%place, tiles(:, :, :, :, b), parity)
          end do
       end associate
    end subroutine set_means
+
+   !> Convert sums in a block's tiles to means, with even weights where nodes need them.
+   subroutine make_mixed_means(mirrors, place, even, tile)
+      type(grid_level_t), intent(in) :: mirrors !< mirrors_of the level
+      integer, intent(in) :: place(3)           !< of the block
+      real(wp), intent(inout), contiguous :: even(:, :, :, :), tile(:, :, :, :)
+      call make_means(even)
+      call make_means(tile)
+      call mix_means(even_share(mirrors, place, tile(1, :, :, :)), even, tile)
+   end subroutine make_mixed_means
 
    !> A level's grid with the mirrors valid for the stress: where gravity acts across a plane of symmetry, it
    !> is a floor and not a mirror.
@@ -138,11 +171,12 @@ contains
    end function mirrors_of
 
    !> Add the contributions of a block's members to its own tiles, mirrored at symmetry planes.
-   subroutine give(level, mirrors, b, members, places, stresses)
+   subroutine give(level, mirrors, b, members, even, places, stresses)
       type(level_t), intent(in) :: level
       type(grid_level_t), intent(in) :: mirrors !< mirrors_of the level
       integer, intent(in) :: b
       type(cell_list_t), intent(in) :: members
+      logical, intent(in) :: even !< with even weights in place of those of the step
       real(wp), intent(inout), contiguous :: places(:, :, :, :), stresses(:, :, :, :)
       integer :: axis, side, sides(2, 3)
       associate (block => level%blocks(b))
@@ -154,7 +188,7 @@ contains
             end do
          end do
          call give_stress(members, block%particles%column, level%layout, frame_of(level, block), sides, &
-                          places, stresses)
+                          even, places, stresses)
          call fold_symmetry(mirrors, block%place, places, motion_parity)
          call fold_symmetry(mirrors, block%place, stresses, stress_parity)
       end associate
@@ -193,6 +227,51 @@ contains
       end do
       members = chosen(block%cells, found(:n))
    end function members_of
+
+   !> The particles of a body in a block of whose 27 nodes at least one is wanted.
+   pure function members_near(block, body, wanted) result(members)
+      type(block_t), intent(in) :: block
+      integer, intent(in) :: body
+      logical, intent(in) :: wanted(0:, 0:, 0:) !< nodes of the tile
+      type(cell_list_t) :: members
+      logical :: near(0:block_size - 1, 0:block_size - 1, 0:block_size - 1)
+      integer :: bin(3), i, j, k, n, p, found(block%particles%count)
+      do k = 0, block_size - 1
+         do j = 0, block_size - 1
+            do i = 0, block_size - 1
+               near(i, j, k) = any(wanted(i:i + 2, j:j + 2, k:k + 2))
+            end do
+         end do
+      end do
+      n = 0
+      do p = 1, block%particles%count
+         bin = bin_place(int(block%cells%bin(p)))
+         if (block%particles%body(p) /= body .or. .not. near(bin(1), bin(2), bin(3))) cycle
+         n = n + 1
+         found(n) = p
+      end do
+      members = chosen(block%cells, found(:n))
+   end function members_near
+
+   !> The nodes of a block's tile that need sums with even weights, or hand them to a coarser level.
+   pure function needing(level, mirrors, place, volume) result(nodes)
+      type(level_t), intent(in) :: level
+      type(grid_level_t), intent(in) :: mirrors !< mirrors_of the level
+      integer, intent(in) :: place(3)           !< of the block
+      real(wp), intent(in) :: volume(0:, 0:, 0:) !< sums over all particles, m3
+      logical :: nodes(0:tile_last, 0:tile_last, 0:tile_last)
+      integer :: first(3), i, j, k
+      nodes = even_share(mirrors, place, volume) > 0.0_wp
+      first = block_size*place - 1
+      if (level%number == 1 .or. .not. level%region%any_outer(first, first + tile_last)) return
+      do k = 0, tile_last
+         do j = 0, tile_last
+            do i = 0, tile_last
+               if (.not. level%region%is_inner(first + [i, j, k])) nodes(i, j, k) = .true.
+            end do
+         end do
+      end do
+   end function needing
 
    !> Some particles of a block as a list to traverse.
    pure function chosen(cells, numbers) result(members)

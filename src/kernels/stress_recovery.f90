@@ -1,7 +1,8 @@
 !> Recovered stress (theory.md, eq. recovered): stresses of particles, weighted by volume, are averaged at
 !> their nodes; at a particle a linear function fitted to the nodes' means is evaluated, with the weights of
 !> the step. A node's mean is placed at the mean position of its contributions, not at the node: next to a
-!> free surface that is half a cell away.
+!> free surface that is half a cell away. Nodes there use even weights (eq. even): the same for all that is in
+!> a cell.
 module m_stress_recovery
    use m_kinds, only: wp
    use m_vectors, only: cross
@@ -13,7 +14,7 @@ module m_stress_recovery
                                corner_slopes
    implicit none
    private
-   public :: give_stress, take_stress, make_means
+   public :: give_stress, take_stress, make_means, mix_means
 
    real(wp), parameter :: damping = 1.0e-3_wp !< square of the spread of a body along an axis, in cells, below
                                               !< which its gradient along it does not count: zero in a sheet
@@ -35,12 +36,13 @@ contains
 
    !> Set a block's tiles to the contributions of its own particles: volume (m3) and volume times their
    !> position from the node (m4); volume and volume times stress (J).
-   subroutine give_stress(cells, column, layout, frame, sides, places, stresses)
+   subroutine give_stress(cells, column, layout, frame, sides, even, places, stresses)
       type(cell_list_t), intent(in) :: cells !< lists the particles to traverse
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
       integer, intent(in) :: sides(2, 3) !< planes of nodes at sides of the grid, in the tile; -1: none
+      logical, intent(in) :: even        !< with even weights in place of those of the step
       real(wp), intent(out), dimension(node_values, 0:tile_last, 0:tile_last, 0:tile_last) :: places, stresses
       type(shares_t) :: shares
       real(wp) :: from(node_values), given(node_values) !< all values of a node, which is one vector
@@ -56,6 +58,9 @@ contains
          do m = 1, shares%count
             p = shares%member(m)
             volume = column(p, layout%volume)
+            if (even) shares%share(:, m) = &
+               even_weights(shares%offset(:, m), frame%per_cell*extent_of(column, p, layout), &
+                            layout%section%is_flat())
             call even_out(sides, shares%place(:, m), shares%offset(:, m), shares%share(:, m))
             from(1) = 1.0_wp
             from(2:4) = frame%cell*shares%offset(:, m)
@@ -128,6 +133,43 @@ contains
          end do
       end do
    end subroutine even_out
+
+   !> Half size of the box around a particle's domain, m: `extents` of m_half_edges, which reads all columns.
+   pure function extent_of(column, p, layout) result(extent)
+      real(wp), intent(in), contiguous :: column(:, :)
+      integer, intent(in) :: p
+      type(layout_t), intent(in) :: layout
+      real(wp) :: extent(3)
+      if (layout%domain > 0) then
+         associate (d => layout%domain)
+            extent = abs(column(p, d:d + 2)) + abs(column(p, d + 3:d + 5)) + abs(column(p, d + 6:d + 8))
+         end associate
+      else if (layout%half_sizes) then
+         extent = column(p, layout%half_size:layout%half_size + 2)
+      else
+         extent = column(p, layout%half_size)
+      end if
+   end function extent_of
+
+   !> Weights that are the same for all parts of a cell (theory.md, eq. even): of the part of a particle in a
+   !> cell every node of that cell gets as much. What alternates between the particles of a cell thus has no
+   !> part in a mean over it.
+   pure function even_weights(offset, extent, flat) result(share)
+      real(wp), intent(in) :: offset(3) !< of the particle from the nearest node, cells
+      real(wp), intent(in) :: extent(3) !< half size of the box around its domain, cells
+      logical, intent(in) :: flat       !< of a section: all on its plane
+      real(wp) :: share(0:26)           !< x fastest
+      real(wp) :: along(-1:1, 3), above(3)
+      integer :: n
+      above = min(max((offset + extent)/(2.0_wp*extent), 0.0_wp), 1.0_wp) ! part in the cells above the node
+      along(-1, :) = 0.5_wp*(1.0_wp - above)
+      along(0, :) = 0.5_wp
+      along(1, :) = 0.5_wp*above
+      if (flat) along(:, 2) = [0.0_wp, 1.0_wp, 0.0_wp]
+      do n = 0, 26
+         share(n) = along(mod(n, 3) - 1, 1)*along(mod(n/3, 3) - 1, 2)*along(n/9 - 1, 3)
+      end do
+   end function even_weights
 
    !> The recovered stress (Pa) of the traversed particles, from the nodes' means.
    subroutine take_stress(cells, column, layout, frame, places, stresses, stress)
@@ -203,6 +245,23 @@ contains
          end do
       end do
    end subroutine make_means
+
+   !> Add to means the part `share` of those with even weights, and take as much of the others.
+   pure subroutine mix_means(share, even, tile)
+      real(wp), intent(in) :: share(0:tile_last, 0:tile_last, 0:tile_last)
+      real(wp), intent(in) :: even(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      integer :: i, j, k
+      do k = 0, tile_last
+         do j = 0, tile_last
+            do i = 0, tile_last
+               if (.not. (share(i, j, k) > 0.0_wp .and. even(1, i, j, k) > 0.0_wp)) cycle
+               tile(2:7, i, j, k) = tile(2:7, i, j, k) &
+                                    + share(i, j, k)*(even(2:7, i, j, k) - tile(2:7, i, j, k))
+            end do
+         end do
+      end do
+   end subroutine mix_means
 
    !> x that minimises |A x - b|^2 + damping |x|^2.
    pure function least_squares(a, b) result(x)

@@ -3,12 +3,16 @@
 !> as it is: inside, at free surfaces, edges and corners, at a symmetry plane, at the edge of a level, on
 !> either side of where two bodies touch, for all kinds of domains; what alternates from layer to layer is
 !> gone; a single particle gets what it gets among all. In a sheet of one particle no slope is known across
-!> it: there it is the mean.
+!> it: there it is the mean. A linear stress that all particles of a cell have as it is in the middle of what
+!> is in the cell, as steps make it, comes back within a thousandth of the largest, at free surfaces of whole
+!> and of cut cells, level ones and (three thousandths) oblique ones.
 program recovered_stress
+   use mpi_f08
    use m_kinds, only: wp
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
    use m_box, only: box_t
+   use m_cylinder, only: cylinder_t
    use m_scene, only: scene_t
    use m_side_kinds, only: boundary_symmetry
    use m_domain_kinds, only: domain_fixed, domain_stretch, domain_corners
@@ -30,6 +34,12 @@ program recovered_stress
    call look(domain_stretch, 8, 'stretch')
    call look(domain_corners, 8, 'corners')
    call sheet()
+   call by_cells(domain_fixed, 8, 0.0_wp, 'box of whole cells', 0.001_wp)
+   call by_cells(domain_fixed, 8, 0.5_wp, 'box that ends within cells', 0.001_wp)
+   call by_cells(domain_fixed, 27, 0.0_wp, '27 a cell, box of whole cells', 0.001_wp)
+   call by_cells(domain_corners, 8, 0.5_wp, 'corners, box that ends within cells', 0.001_wp)
+   call by_cells(domain_corners, 8, 0.0_wp, 'corners, oblique cylinder', 0.003_wp, oblique=.true.)
+   call by_cells(domain_fixed, 1, 0.0_wp, 'one a cell, box', 0.001_wp)
    call test%finish()
 
 contains
@@ -186,6 +196,65 @@ contains
       call test%check(asked >= 8, name//': several were asked')
       call test%check(comm%maximum(off) < 1.0e-7_wp, name//': single particles as all of them')
    end subroutine one_by_one
+
+   !> A free body whose particles have the linear stress in the middle of what is in their cell; `ends`: part
+   !> of the cells at its upper ends that it fills.
+   subroutine by_cells(domain, particles, ends, name, bound, oblique)
+      integer, intent(in) :: domain, particles
+      real(wp), intent(in) :: ends, bound
+      character(len=*), intent(in) :: name
+      logical, intent(in), optional :: oblique !< a cylinder whose axis is along no axis of the grid
+      type(model_t) :: model
+      type(scene_t) :: scene
+      type(error_t) :: error
+      type(level_stress_t), allocatable :: recovered(:)
+      real(wp), allocatable :: middle(:, :, :, :) !< volume and volume times position
+      real(wp) :: off, largest, x(3)
+      integer :: b, c(3), p, pass
+      call set_scene(scene, domain, particles)
+      deallocate (scene%levels)
+      allocate (scene%levels(0))
+      scene%grid%boundary(1) = scene%grid%boundary(2)
+      scene%bodies = scene%bodies(1:1)
+      scene%bodies(1)%shape = box_t(lower=[3, 3, 3]*cell, upper=([9, 10, 11] + ends)*cell)
+      if (present(oblique)) &
+         scene%bodies(1)%shape = cylinder_t(center=[6.0_wp, 6.0_wp, 5.0_wp]*cell, radius=4.3_wp*cell, &
+                                            height=7.7_wp*cell, axis=[0.36_wp, 0.48_wp, 0.8_wp])
+      call model%build(comm, scene, error)
+      call test%check(.not. error%happened(), name//': built')
+      allocate (middle(0:3, 0:15, 0:15, 0:15), source=0.0_wp)
+      off = 0.0_wp
+      largest = 0.0_wp
+      do pass = 1, 3
+         if (pass == 2) call add_up(middle)
+         if (pass == 3) call recover_stress(model, recovered)
+         do b = 1, size(model%levels(1)%blocks)
+            associate (at => model%levels(1)%layout, particles => model%levels(1)%blocks(b)%particles)
+               do p = 1, particles%count
+                  x = particles%column(p, at%position:at%position + 2)
+                  c = int(x/cell)
+                  if (pass == 1) middle(:, c(1), c(2), c(3)) = middle(:, c(1), c(2), c(3)) &
+                                                               + particles%column(p, at%volume)*[1.0_wp, x]
+                  if (pass == 2) particles%column(p, at%stress:at%stress + 5) = &
+                     stress_at(1, middle(1:, c(1), c(2), c(3))/middle(0, c(1), c(2), c(3)))
+                  if (pass < 3) cycle
+                  largest = max(largest, maxval(abs(stress_at(1, x))))
+                  off = max(off, maxval(abs(recovered(1)%blocks(b)%of(:, p) - stress_at(1, x))))
+               end do
+            end associate
+         end do
+      end do
+      off = comm%maximum(off)/comm%maximum(largest)
+      if (comm%is_root()) print '(3x,a,es9.2)', name//', cell by cell: off by ', off
+      call test%check(off < bound, name//', cell by cell')
+      call model%release()
+   end subroutine by_cells
+
+   !> Collective: sum over all ranks.
+   subroutine add_up(values)
+      real(wp), intent(inout), contiguous :: values(:, :, :, :)
+      call MPI_Allreduce(MPI_IN_PLACE, values, size(values), MPI_DOUBLE_PRECISION, MPI_SUM, comm%comm)
+   end subroutine add_up
 
    !> One particle thick: along the sheet linear, across it nothing is known.
    subroutine sheet()
