@@ -264,7 +264,7 @@ contains
          call model%exchange(l)%wait(level%restricted)
          call model%timers%enter(model%levels_row)
          call sum_tiles(level%blocks, level%interior_first, level%restricted, &
-                        wanted=model%composite(l + 1)%receiving)
+                        model%composite(l + 1)%depended%extent)
       end associate
    end subroutine sum_restricted
 

@@ -22,7 +22,7 @@ contains
       integer :: c
       associate (r => composite%rows)
          composite%down(:, :, r(1):min(r(2), patch_last), :, :) = 0.0_wp
-         composite%lag_velocity(:, :, r(1):r(2), :, :) = 0.0_wp ! gradients have no lead here
+         composite%lag_velocity = 0.0_wp ! gradients have no lead here
       end associate
       do c = 1, size(composite%by_index)
          associate (edge => composite%edges(composite%by_index(c)))

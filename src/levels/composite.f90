@@ -11,6 +11,7 @@ module m_composite
    use m_communicator, only: communicator_t
    use m_level, only: level_t, fit_pool
    use m_boundary, only: apply_boundary
+   use m_edge_nodes, only: edge_nodes_t, list_edge_nodes, find_change
    use m_edge, only: edge_t, has_constrained, make_edge, restrict_sums, restrict_lag, prolong_motion, &
                      prolong_lag, interpolate_motion, interpolate_lag, add_patches, patch_last, lag_first, &
                      lag_last
@@ -32,19 +33,17 @@ module m_composite
                                               !< order of addition at a parent
       integer, allocatable :: edge_of(:)      !< of each of this rank's finer blocks, 0 if none
       logical, allocatable, private :: parents(:) !< of this rank's blocks of the coarser level
-      logical, allocatable, private :: adds(:)    !< blocks next to receiving ones
-      integer, allocatable, private :: receiver(:) !< number of a block among the receiving ones, 0 for others
       integer :: rows(2) = [0, tile_last]     !< as of the levels' grids; of patches the rows in use
       integer :: values = node_values         !< of a node of a patch; 3 more where the lag is corrected
       real(wp), dimension(:, :, :, :, :), allocatable :: up, down ! (values, 0:5, 0:5, 0:5, edges)
       real(wp), dimension(:, :, :, :, :), allocatable, private :: first !< `up` in the first of two steps, own
                                                                         !< edges
-      ! on the nodes of the coarser level's tiles, (3, 0:9, 0:9, 0:9):
-      real(wp), allocatable, private :: pushed(:, :, :, :, :)       !< acceleration by effects on nodes, m/s2
-      real(wp), allocatable, private :: lag_force(:, :, :, :, :)    !< of the stress accumulated on the finer
-                                                                    !< level, N
-      real(wp), allocatable :: lag_velocity(:, :, :, :, :) !< lead of the gradients of coarser particles, m/s
-      real(wp), allocatable, private :: own_mass(:, :, :, :)        !< without the restricted mass, kg
+      type(edge_nodes_t) :: depended !< nodes of the coarser level on which constrained nodes depend
+      ! by these nodes:
+      real(wp), allocatable, private :: pushed(:, :)       !< acceleration by effects on nodes, m/s2
+      real(wp), allocatable, private :: lag_force(:, :)    !< of the stress accumulated on the finer level, N
+      real(wp), allocatable :: lag_velocity(:, :)          !< lead of the gradients of coarser particles, m/s
+      real(wp), allocatable, private :: own_mass(:)        !< without the restricted mass, kg
    contains
       procedure :: build
       procedure :: is_parent, receives, has_edge, constrained
@@ -70,7 +69,7 @@ contains
       self%values = merge(lag_last, node_values, self%corrects_lag)
       self%rows = fine%grid%rows
       n = size(coarse%blocks)
-      allocate (self%parents(n), self%receiving(n), self%adds(n), source=.false.)
+      allocate (self%parents(n), self%receiving(n), source=.false.)
       own = pack([(b, b=1, size(fine%blocks))], &
                  [(has_constrained(fine%region, fine%blocks(b)%place), b=1, size(fine%blocks))])
       allocate (others(0))
@@ -84,7 +83,6 @@ contains
             associate (distance => maxval(abs(coarse%blocks(b)%place - place/2)))
                self%parents(b) = self%parents(b) .or. distance == 0
                self%receiving(b) = self%receiving(b) .or. distance <= 1
-               self%adds(b) = self%adds(b) .or. distance <= 2
             end associate
          end do
          associate (here => communicator%rank)
@@ -108,12 +106,13 @@ contains
       allocate (self%up(self%values, 0:patch_last, 0:patch_last, 0:patch_last, n), source=0.0_wp)
       allocate (self%down(self%values, 0:patch_last, 0:patch_last, 0:patch_last, n), source=0.0_wp)
       allocate (self%first(self%values, 0:patch_last, 0:patch_last, 0:patch_last, self%own), source=0.0_wp)
-      self%receiver = merge([(count(self%receiving(:b)), b=1, size(self%receiving))], 0, self%receiving)
-      n = merge(count(self%receiving), 0, self%corrects_lag)
-      allocate (self%lag_force(3, 0:tile_last, 0:tile_last, 0:tile_last, n), source=0.0_wp)
-      allocate (self%lag_velocity(3, 0:tile_last, 0:tile_last, 0:tile_last, n), source=0.0_wp)
-      allocate (self%own_mass(0:tile_last, 0:tile_last, 0:tile_last, size(coarse%blocks)))
+      call list_edge_nodes(coarse, fine, self%depended)
+      n = size(self%depended%at, 2)
+      allocate (self%own_mass(n), self%pushed(3, n), source=0.0_wp)
+      n = merge(n, 0, self%corrects_lag)
+      allocate (self%lag_force(3, n), self%lag_velocity(3, n), source=0.0_wp)
       call fit_pool(coarse%restricted, size(coarse%blocks) + size(coarse%ghost_index))
+      coarse%restricted(:, :, self%rows(1):self%rows(2), :, :) = 0.0_wp ! and stays so at other nodes
       call self%exchange%build(self%edges%rank_beyond, self%own, communicator, &
                                self%values*(patch_last + 1)**3)
    end subroutine build
@@ -207,10 +206,11 @@ contains
    subroutine add_to_parents(self, coarse)
       class(composite_t), intent(inout) :: self
       type(level_t), intent(inout) :: coarse
-      integer :: b
-      do b = 1, size(coarse%blocks)
-         if (self%adds(b)) self%own_mass(:, self%rows(1):self%rows(2), :, b) = &
-            coarse%nodes(mass_, :, self%rows(1):self%rows(2), :, b)
+      integer :: n
+      do n = 1, size(self%own_mass)
+         associate (at => self%depended%at(:, n))
+            self%own_mass(n) = coarse%nodes(mass_, at(1), at(2), at(3), at(4))
+         end associate
       end do
       call add_patches(self%edges, self%by_index, self%up, coarse%nodes, 1, 1, node_values)
    end subroutine add_to_parents
@@ -220,12 +220,12 @@ contains
    subroutine collect_change(self, coarse)
       class(composite_t), intent(in) :: self
       type(level_t), intent(inout) :: coarse
-      integer :: b
-      do b = 1, size(coarse%blocks)
-         if (.not. self%adds(b)) cycle
-         coarse%restricted(mass_, :, self%rows(1):self%rows(2), :, b) = &
-            self%own_mass(:, self%rows(1):self%rows(2), :, b)
-         coarse%restricted(p_x:, :, self%rows(1):self%rows(2), :, b) = 0.0_wp
+      integer :: n
+      do n = 1, size(self%own_mass)
+         associate (at => self%depended%at(:, n))
+            coarse%restricted(mass_, at(1), at(2), at(3), at(4)) = self%own_mass(n)
+            coarse%restricted(p_x:, at(1), at(2), at(3), at(4)) = 0.0_wp
+         end associate
       end do
       call add_patches(self%edges, self%by_index, self%up, coarse%restricted, 1, 1, node_values)
    end subroutine collect_change
@@ -235,21 +235,24 @@ contains
    subroutine collect_lag_force(self, coarse)
       class(composite_t), intent(in) :: self
       type(level_t), intent(inout) :: coarse
-      integer :: b
-      do b = 1, size(coarse%blocks)
-         if (self%adds(b)) coarse%restricted(:, :, self%rows(1):self%rows(2), :, b) = 0.0_wp
+      integer :: n
+      do n = 1, size(self%depended%at, 2)
+         associate (at => self%depended%at(:, n))
+            coarse%restricted(:, at(1), at(2), at(3), at(4)) = 0.0_wp
+         end associate
       end do
       call add_patches(self%edges, self%by_index, self%up, coarse%restricted, p_x, lag_first, 3)
    end subroutine collect_lag_force
 
-   !> Store the sum of these forces over blocks and ranks, for the receiving blocks.
+   !> Store the sum of these forces over blocks and ranks.
    subroutine keep_lag_force(self, coarse)
       class(composite_t), intent(inout) :: self
       type(level_t), intent(in) :: coarse
-      integer :: b
-      do b = 1, size(coarse%blocks)
-         if (self%receiving(b)) self%lag_force(:, :, self%rows(1):self%rows(2), :, self%receiver(b)) = &
-            coarse%restricted(p_x:p_z, :, self%rows(1):self%rows(2), :, b)
+      integer :: n
+      do n = 1, size(self%depended%at, 2)
+         associate (at => self%depended%at(:, n))
+            self%lag_force(:, n) = coarse%restricted(p_x:p_z, at(1), at(2), at(3), at(4))
+         end associate
       end do
    end subroutine keep_lag_force
 
@@ -258,9 +261,12 @@ contains
       class(composite_t), intent(inout) :: self
       integer, intent(in) :: b
       real(wp), intent(in) :: push(3, 0:tile_last, 0:tile_last, 0:tile_last)
-      if (.not. allocated(self%pushed)) &
-         allocate (self%pushed(3, 0:tile_last, 0:tile_last, 0:tile_last, size(self%receiving)), source=0.0_wp)
-      self%pushed(:, :, :, :, b) = push
+      integer :: n
+      do n = self%depended%first(b), self%depended%last(b)
+         associate (at => self%depended%at(:, n))
+            self%pushed(:, n) = push(:, at(1), at(2), at(3))
+         end associate
+      end do
    end subroutine keep_nodal_force
 
    !> Acceleration of a parent's nodes for the velocity gradients of constrained nodes (eq. lag), stored in
@@ -275,21 +281,16 @@ contains
       real(wp), intent(in), optional :: sums(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
                                                         !< of the second half step, as in `correct`
       real(wp) :: force(3), mass
-      integer :: i, j, k
+      integer :: n
       tile(:, :, self%rows(1):self%rows(2), :) = 0.0_wp
-      do k = 0, tile_last
-         do j = self%rows(1), self%rows(2)
-            do i = 0, tile_last
-               force = self%lag_force(:, i, j, k, self%receiver(b))
-               mass = coarse%nodes(mass_, i, j, k, b)
-               if (present(sums)) force = force + 2.0_wp*sums(f_x:f_z, i, j, k)
-               if (present(sums)) mass = sums(mass_, i, j, k)
-               if (.not. mass > 0.0_wp) cycle
-               tile(v_x:v_z, i, j, k) = force/mass
-               if (allocated(self%pushed)) &
-                  tile(v_x:v_z, i, j, k) = tile(v_x:v_z, i, j, k) + self%pushed(:, i, j, k, b)
-            end do
-         end do
+      do n = self%depended%first(b), self%depended%last(b)
+         associate (i => self%depended%at(1, n), j => self%depended%at(2, n), k => self%depended%at(3, n))
+            force = self%lag_force(:, n)
+            mass = coarse%nodes(mass_, i, j, k, b)
+            if (present(sums)) force = force + 2.0_wp*sums(f_x:f_z, i, j, k)
+            if (present(sums)) mass = sums(mass_, i, j, k)
+            if (mass > 0.0_wp) tile(v_x:v_z, i, j, k) = force/mass + self%pushed(:, n)
+         end associate
       end do
       call apply_boundary(coarse%grid, coarse%blocks(b)%place, tile)
    end subroutine gradient_acceleration
@@ -314,9 +315,13 @@ contains
       integer, intent(in) :: b
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
                                                         !< stored in place of the velocity
+      integer :: n
       if (.not. self%receives(b)) return
-      tile(v_x:v_z, :, self%rows(1):self%rows(2), :) = tile(v_x:v_z, :, self%rows(1):self%rows(2), :) &
-         + self%lag_velocity(:, :, self%rows(1):self%rows(2), :, self%receiver(b))
+      do n = self%depended%first(b), self%depended%last(b)
+         associate (i => self%depended%at(1, n), j => self%depended%at(2, n), k => self%depended%at(3, n))
+            tile(v_x:v_z, i, j, k) = tile(v_x:v_z, i, j, k) + self%lag_velocity(:, n)
+         end associate
+      end do
    end subroutine add_parent_lag
 
    !> Velocity lag for the gradients of the coarser particles of block b: half a finer step of the finer
@@ -326,16 +331,15 @@ contains
       integer, intent(in) :: b
       real(wp), intent(in) :: half !< the finer step, s
       real(wp), intent(in) :: sums(node_values, 0:tile_last, 0:tile_last, 0:tile_last) !< as in `correct`
-      integer :: i, j, k, r
-      r = self%receiver(b)
-      self%lag_velocity(:, :, self%rows(1):self%rows(2), :, r) = 0.0_wp
-      do k = 0, tile_last
-         do j = self%rows(1), self%rows(2)
-            do i = 0, tile_last
-               if (sums(mass_, i, j, k) > 0.0_wp) self%lag_velocity(:, i, j, k, r) = &
-                  0.5_wp*half*(self%lag_force(:, i, j, k, r) + sums(f_x:f_z, i, j, k))/sums(mass_, i, j, k)
-            end do
-         end do
+      integer :: n
+      do n = self%depended%first(b), self%depended%last(b)
+         associate (at => self%depended%at(:, n), lead => self%lag_velocity(:, n))
+            associate (node => sums(:, at(1), at(2), at(3)))
+               lead = 0.0_wp
+               if (node(mass_) > 0.0_wp) &
+                  lead = 0.5_wp*half*(self%lag_force(:, n) + node(f_x:f_z))/node(mass_)
+            end associate
+         end associate
       end do
    end subroutine set_parent_lag
 
@@ -381,48 +385,39 @@ contains
       real(wp), intent(in) :: time_step !< of the coarser level, s
       real(wp), intent(in) :: flip_fraction
       real(wp), dimension(node_values, 0:tile_last, 0:tile_last, 0:tile_last) :: change, motion
-      real(wp) :: half, mixed, push(3), middle(3), momentum(3), start(3), force(3)
-      integer :: b, i, j, k
-      half = 0.5_wp*time_step
-      mixed = 1.0_wp - flip_fraction ! PIC share of the particles' velocities
-      push = 0.0_wp
+      integer :: b
       do b = 1, size(coarse%blocks)
          if (.not. self%receiving(b)) cycle
-         change(:, :, self%rows(1):self%rows(2), :) = 0.0_wp
-         do k = 0, tile_last
-            do j = self%rows(1), self%rows(2)
-               do i = 0, tile_last
-                  associate (node => coarse%nodes(:, i, j, k, b), sums => coarse%restricted(:, i, j, k, b), &
-                             velocity => change(v_x:v_z, i, j, k), kick => change(a_x:a_z, i, j, k))
-                     if (.not. (sums(mass_) > 0.0_wp .and. &
-                                abs(sums(spare_)) + abs(sums(mass_) - node(mass_)) > 0.0_wp)) cycle
-                     if (allocated(self%pushed)) push = self%pushed(:, i, j, k, b)
-                     middle = node(v_x:v_z) - half*node(a_x:a_z) ! velocity after the first half step
-                     momentum = (sums(mass_) - sums(spare_))*middle + sums(p_x:p_z)
-                     start = middle
-                     if (node(mass_) < 0.5_wp*sums(mass_)) start = momentum/sums(mass_)
-                     force = node(mass_)*(node(a_x:a_z) - push) + sums(mass_)*push + sums(f_x:f_z)
-                     if (mixed > 0.0_wp) force = force + mixed/half*(momentum - sums(mass_)*start)
-                     kick = half*(force/sums(mass_) - node(a_x:a_z)) ! beyond the first half step
-                     velocity = start - middle + merge(1.0_wp, 0.5_wp, mixed > 0.0_wp)*kick
-                  end associate
-               end do
-            end do
-         end do
-         call apply_boundary(coarse%grid, coarse%blocks(b)%place, change)
-         do j = self%rows(1), self%rows(2)
-            change(a_x:a_z, :, j, :) = change(a_x:a_z, :, j, :)/time_step ! half of the acceleration's change
-            coarse%nodes(v_x:a_z, :, j, :, b) = coarse%nodes(v_x:a_z, :, j, :, b) + change(v_x:a_z, :, j, :)
-            motion(:, :, j, :) = coarse%nodes(:, :, j, :, b)
-            motion(a_x:a_z, :, j, :) = motion(a_x:a_z, :, j, :) + change(a_x:a_z, :, j, :) ! second half step
-         end do
+         call find_change(self%depended, coarse, b, self%pushed, time_step, flip_fraction, change)
+         call apply_change(self, coarse, b, change, motion)
          associate (sums => coarse%restricted(:, :, :, :, b))
             if (self%parents(b)) call prolong_block(self, coarse, b, motion, sums)
-            if (self%corrects_lag) call set_parent_lag(self, b, half, sums)
+            if (self%corrects_lag) call set_parent_lag(self, b, 0.5_wp*time_step, sums)
          end associate
       end do
       call self%exchange%exchange(communicator, self%down, upwards=.false.)
    end subroutine correct
+
+   !> Add changes to the motion of a block's nodes. `motion`: that motion in the second half step.
+   pure subroutine apply_change(self, coarse, b, change, motion)
+      class(composite_t), intent(in) :: self
+      type(level_t), intent(inout) :: coarse
+      integer, intent(in) :: b
+      real(wp), dimension(node_values, 0:tile_last, 0:tile_last, 0:tile_last), intent(in) :: change
+      real(wp), dimension(node_values, 0:tile_last, 0:tile_last, 0:tile_last), intent(out) :: motion
+      integer :: n
+      if (self%parents(b)) motion(:, :, self%rows(1):self%rows(2), :) = &
+         coarse%nodes(:, :, self%rows(1):self%rows(2), :, b)
+      do n = self%depended%first(b), self%depended%last(b)
+         associate (i => self%depended%at(1, n), j => self%depended%at(2, n), k => self%depended%at(3, n))
+            associate (node => coarse%nodes(:, i, j, k, b), more => change(:, i, j, k))
+               node(v_x:a_z) = node(v_x:a_z) + more(v_x:a_z)
+               motion(:, i, j, k) = node
+               motion(a_x:a_z, i, j, k) = node(a_x:a_z) + more(a_x:a_z)
+            end associate
+         end associate
+      end do
+   end subroutine apply_change
 
    !> Move the constrained nodes of a block with the nodes that they depend on, linearly in time (theory.md,
    !> eq. half-steps).
@@ -440,11 +435,10 @@ contains
    !> Free the datatypes, and the edges.
    subroutine release(self)
       class(composite_t), intent(inout) :: self
-      if (allocated(self%pushed)) deallocate (self%pushed)
       if (.not. allocated(self%edges)) return
       call self%exchange%release()
-      deallocate (self%edges, self%edge_of, self%parents, self%receiving, self%adds, self%up, self%down, &
-                  self%first, self%receiver, self%lag_force, self%lag_velocity, self%own_mass)
+      deallocate (self%edges, self%edge_of, self%parents, self%receiving, self%up, self%down, &
+                  self%first, self%pushed, self%lag_force, self%lag_velocity, self%own_mass)
    end subroutine release
 
 end module m_composite

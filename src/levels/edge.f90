@@ -148,7 +148,7 @@ contains
       real(wp) :: held(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       ! gradients are taken with boundary conditions applied, including the mirror images outside
       if (affine .and. has_boundary(grid, place)) then
-         held = tile
+         held(:, :, grid%rows(1):grid%rows(2), :) = tile(:, :, grid%rows(1):grid%rows(2), :)
          call apply_boundary(grid, place, held)
          call restrict_tile(edge, tile, held, affine, patch)
       else

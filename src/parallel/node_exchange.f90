@@ -95,14 +95,13 @@ contains
    !> block indices. Each node's sum is computed once, for all local tiles that hold it, by the first of these
    !> blocks in the order `interior_first` of the level: blocks without remote neighbours need no message, and
    !> their tiles are not read after that.
-   pure subroutine sum_tiles(blocks, adders, tiles, extent, wanted)
+   pure subroutine sum_tiles(blocks, adders, tiles, extent)
       type(block_t), intent(in) :: blocks(:)
       integer, intent(in) :: adders(:) !< blocks that compute the sums: either part of `interior_first`, or
                                        !< both
       real(wp), intent(inout) :: tiles(node_values, 0:tile_last, 0:tile_last, 0:tile_last, *) !< by slots
       integer, intent(in), optional :: extent(2, 3, *) !< by slots: only the part within a tile's extent is
                                                        !< added and changed
-      logical, intent(in), optional :: wanted(:)      !< by own blocks: restrict to nodes of these blocks
       type(holder_t) :: holder(8)
       integer :: a, n, held
       do a = 1, size(adders)
@@ -110,9 +109,6 @@ contains
             if (.not. blocks(adders(a))%owns_shared_sum(n)) cycle
             call find_holders(blocks(adders(a))%neighbour, directions(:, n), extent, holder, held)
             if (held < 2) cycle
-            if (present(wanted)) then
-               if (.not. any(is_wanted(holder(:held)%slot))) cycle
-            end if
             if (held == 2 .and. all(holder(:2)%slot <= size(blocks)) .and. all(holder(1)%first &
                == holder(2)%first) .and. all(holder(1)%last == holder(2)%last)) then
                call sum_two(holder(1), holder(2), tiles)
@@ -121,12 +117,6 @@ contains
             end if
          end do
       end do
-   contains
-      pure elemental logical function is_wanted(slot)
-         integer, intent(in) :: slot
-         is_wanted = .false.
-         if (slot <= size(blocks)) is_wanted = wanted(slot)
-      end function is_wanted
    end subroutine sum_tiles
 
    !> The tiles that hold the nodes that a block shares with all its neighbours between it and one direction,
