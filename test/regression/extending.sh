@@ -29,11 +29,11 @@ lists=$(awk '/^(diff|Only)/ {other = /model\/(energy|state).f90/} !other' differ
 grep '^> ' <<<"$lists" | grep -v 'use m_\(kelvin_voigt\|shaking\|torus\|cohesive\|csv_snapshot\)' && fail 'another line'
 echo "   differs: $(wc -l <wanted) new files, $(grep -c '^> ' <<<"$lists") lines of lists, 2 files changed"
 
-build() {
-   make -C tree BUILD="$BUILD" >build.log 2>&1 || fail "the tree does not build: $(tail -n 30 build.log)"
-   echo "   built: $(grep -c '^  compile' build.log) files compiled"
-}
-build
+sed -i "s/^\( *\)call table%declare('stress', .*/\1call table%declare('planted', 1, '1', written=.false.)\n&/" \
+   tree/src/model/model_building.f90
+! cmp -s "$ROOT/src/model/model_building.f90" tree/src/model/model_building.f90 || fail 'nothing was planted'
+make -C tree BUILD="$BUILD" >build.log 2>&1 || fail "the tree does not build: $(tail -n 30 build.log)"
+echo "   built: $(grep -c '^  compile' build.log) files compiled"
 status=0
 "$GIMP3D" <example.nml >refused.log 2>&1 || status=$?
 [ $status -eq 2 ] || fail "the program without the example ends with status $status"
@@ -50,10 +50,6 @@ sed -i 's/end_time=0.1/end_time=0.2/' braked.nml
 timeout 60 mpirun -n 2 "$with_example" <braked.nml >braked2.log 2>&1 || fail "its second half ends with status $?: $(tail -n 3 braked2.log)"
 "$PYTHON" "$ROOT/test/regression/extending.py" braked out/braked
 
-sed -i "s/^\( *\)call table%declare('stress', .*/\1call table%declare('planted', 1, '1', written=.false.)\n&/" \
-   tree/src/model/model_building.f90
-! cmp -s "$ROOT/src/model/model_building.f90" tree/src/model/model_building.f90 || fail 'nothing was planted'
-build
 if GIMP3D=$with_example WORK=$PWD/planted bash "$ROOT/test/regression/effects_free.sh" >planted.log 2>&1; then
    fail 'effects_free does not see a field that no one called for'
 fi
