@@ -30,8 +30,7 @@ module m_body_pairs
    public :: body_pairs_t
 
    real(wp), parameter :: longest_edge = 1.5_wp !< of a particle, in cells: longer ones have been split
-   real(wp), parameter :: early = 0.25_wp      !< gap below which the nodes' velocities are checked, in
-                                               !< particle edges
+   real(wp), parameter :: early = 0.25_wp      !< edges: gap below which the nodes' velocities are checked
 
    type :: body_pairs_t
       integer :: fields = 1
@@ -140,8 +139,8 @@ contains
       end do
    end subroutine declare
 
-   !> Collective among near ranks: append the candidates of a step between bodies after those of tools: points
-   !> where the free motion would carry an element into another body, or almost.
+   !> Collective: append the candidates of a step between bodies after those of tools: points where the free
+   !> motion would carry an element into another body, or almost.
    subroutine find(self, communicator, level, materials, time, time_step, candidates)
       class(body_pairs_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -155,7 +154,7 @@ contains
       self%first = candidates%count + 1
       self%time = time
       self%overlap = 0.0_wp
-      call self%meet(level)
+      call self%meet(communicator, level)
       if (self%subcell > 0.0_wp) &
          self%deepest = communicator%maximum(self%deepest_of(candidates, level, materials))
       allocate (first_wanted(self%met), partners(self%met))
@@ -179,14 +178,15 @@ contains
       call candidates%order_pairs(size(level%blocks), self%first)
    end subroutine find
 
-   !> Collective among near ranks: find the meetings of the elements of a level's particles. Their pressures
-   !> are taken out of the particles' columns.
-   subroutine meet(self, level)
+   !> Collective: find the meetings of the elements of a level's particles. Their pressures are taken out of
+   !> the particles' columns.
+   subroutine meet(self, communicator, level)
       class(body_pairs_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
       real(wp) :: reach
       reach = reach_of*longest_edge*level%grid%cell
-      call self%elements%gather(level, self%at)
+      call self%elements%gather(communicator, level, self%at, reach_of)
       call self%elements%exchange(level, reach)
       call self%elements%mirror(level%grid, reach)
       call self%elements%sort(self%fields, reach_of*max(self%elements%longest, tiny(reach)))
@@ -235,9 +235,10 @@ contains
       call find_adhesion(spec, c%gap, c%area, left, c%adhesive_tension, c%shear_strength)
    end subroutine set_adhesion
 
-   !> Collective among near ranks, when all bodies are filled: record corrections, allowed overlaps and bonds.
-   subroutine begin(self, scene, level, error)
+   !> Collective, when all bodies are filled: record corrections, allowed overlaps and bonds.
+   subroutine begin(self, communicator, scene, level, error)
       class(body_pairs_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
       type(scene_t), intent(in) :: scene
       type(level_t), intent(inout) :: level
       type(error_t), intent(inout) :: error
@@ -250,7 +251,7 @@ contains
             '; allowed: a smaller cohesive_range, or a larger bond_strength')
       end do
       if (error%happened()) return
-      call self%meet(level)
+      call self%meet(communicator, level)
       do m = 1, self%met
          associate (meeting => self%meetings(m), it => self%elements%list(self%meetings(m)%element), &
                     element => self%elements%element(self%meetings(m)%element), &
@@ -422,15 +423,15 @@ contains
       call add_up_pairs(communicator, self%step, self%states, self%overlap, self%deflection)
    end subroutine add_up
 
-   !> Collective among near ranks: an error if bodies meet on a coarser level than the finest, which alone
-   !> supports contact.
-   subroutine forbid(self, level, finest, error)
+   !> Collective: an error if bodies meet on a coarser level than the finest, which alone supports contact.
+   subroutine forbid(self, communicator, level, finest, error)
       class(body_pairs_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
       type(level_t), intent(in) :: finest
       type(error_t), intent(inout) :: error
       integer :: m
-      call self%meet(level)
+      call self%meet(communicator, level)
       do m = 1, self%met
          associate (meeting => self%meetings(m), it => self%elements%list(self%meetings(m)%element), &
                     p => self%elements%particle(self%meetings(m)%element), &

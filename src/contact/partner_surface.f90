@@ -79,7 +79,8 @@ contains
       bin = 0
       if (.not. allocated(meetings)) allocate (meetings(64))
       do e = 1, elements%own
-         if (.not. has_company(elements, e)) cycle
+         if (.not. elements%has_company(elements%field(e), elements%list(e)%face, &
+                                        reach_of*elements%longest)) cycle
          call elements%near(e, bin, found, numbers)
          call find_views(elements, e, numbers(:found), views)
          do field = 1, size(views)
@@ -99,21 +100,6 @@ contains
          end do
       end do
    end subroutine find_meetings
-
-   !> True when elements of another field may be near.
-   pure logical function has_company(elements, e)
-      type(surface_elements_t), intent(in) :: elements
-      integer, intent(in) :: e
-      real(wp) :: reach
-      integer :: field
-      reach = reach_of*elements%longest
-      has_company = .false.
-      do field = 1, size(elements%low, 2)
-         if (field == elements%field(e)) cycle
-         has_company = has_company .or. (all(elements%list(e)%face > elements%low(:, field) - reach) &
-                                         .and. all(elements%list(e)%face < elements%high(:, field) + reach))
-      end do
-   end function has_company
 
    !> Collect the sums over all fields for an element: of its own field the surface around it, of others the
    !> elements facing it.

@@ -1,9 +1,11 @@
 !> Surface elements of bodies that may come into contact: those of this rank's particles and those received
 !> from near ranks, sorted into bins (theory.md, eqs surface-element, element-force).
 module m_surface_elements
+   use mpi_f08
    use m_kinds, only: wp, i8
    use m_constants, only: block_size
    use m_block, only: block_t, directions
+   use m_communicator, only: communicator_t
    use m_field_table, only: field_table_t
    use m_level, only: level_t
    use m_grid_level, only: grid_level_t
@@ -11,6 +13,7 @@ module m_surface_elements
    use m_half_edges, only: fitted_edges
    use m_face_gap, only: deform
    use m_face_weights, only: find_face, cube_span, flattening
+   use m_carried_face, only: list_faces
    use m_surface_fields, only: max_elements, area_name, arm_name
    implicit none
    private
@@ -55,7 +58,7 @@ module m_surface_elements
       real(wp), allocatable :: span(:, :, :) !< (3, 3, own): of the domain's face, m
       real(wp), allocatable :: last(:, :) !< (10, own): from the last step pressure and friction, Pa; gap, m;
                                           !< its field; deflections, m
-      real(wp) :: longest = 0.0_wp !< largest edge of a particle, m
+      real(wp) :: longest = 0.0_wp !< largest edge of a particle, over all ranks, m
       real(wp), allocatable :: low(:, :), high(:, :) !< (3, fields): bounds of the faces, m
       real(wp), private :: bin = 1.0_wp              !< edge of the bins, m
       integer, allocatable :: field(:)               !< (count): velocity fields, in sorted order
@@ -67,6 +70,7 @@ module m_surface_elements
       procedure :: mirror
       procedure :: sort
       procedure :: near
+      procedure :: has_company
       procedure, private :: add
    end type surface_elements_t
 
@@ -84,32 +88,133 @@ contains
       end do
    end function find_columns
 
-   !> Collect the elements of this rank's particles in blocks with blocks of another field at their place or
-   !> next to it. Their pressures are taken out of the columns.
-   subroutine gather(self, level, at)
+   !> Collective: collect the elements of this rank's particles that others of another field may be near: in
+   !> blocks next to that field's blocks, within two reaches of its faces. The elements within one reach may
+   !> meet it, and these need their own surface around them. Pressures are taken out of the columns.
+   subroutine gather(self, communicator, level, at, reach)
       class(surface_elements_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
       type(surface_columns_t), intent(in) :: at
-      integer :: b, e, p
-      self%own = 0
-      self%longest = 0.0_wp
+      real(wp), intent(in) :: reach !< of weights, in edges of the longest particle
+      real(wp) :: far, last(10)
+      integer :: b, e, found, n, p
       if (.not. allocated(self%list)) allocate (self%list(64), self%block(64), self%particle(64), &
                                                 self%element(64), self%span(3, 3, 64), self%last(10, 64))
-      do b = 1, size(level%blocks)
-         if (.not. meets_others(level, level%blocks(b))) cycle
-         associate (particles => level%blocks(b)%particles)
-            do e = 1, at%elements
-               associate (a => at%area(e))
-                  do p = 1, particles%count
-                     if (abs(particles%column(p, a)) + abs(particles%column(p, a + 1)) &
-                         + abs(particles%column(p, a + 2)) > 0.0_wp) call self%add(level, at, b, p, e)
-                  end do
-               end associate
-            end do
-         end associate
+      call find_all(self, communicator, level, at, found)
+      far = 2.0_wp*reach*self%longest
+      self%own = 0
+      do n = 1, found
+         b = self%block(n)
+         p = self%particle(n)
+         e = self%element(n)
+         call take_last(level%blocks(b)%particles%column, at, p, e, last)
+         if (.not. self%has_company(level%blocks(b)%field, self%list(n)%face, far)) cycle
+         call self%add(level, at, b, p, e)
+         self%last(:, self%own) = last
       end do
       self%count = self%own
    end subroutine gather
+
+   !> Collective: blocks, particles and faces of all elements beside blocks of other fields; of all ranks the
+   !> bounds of each field's faces and the longest particle.
+   subroutine find_all(self, communicator, level, at, found)
+      type(surface_elements_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(in) :: level
+      type(surface_columns_t), intent(in) :: at
+      integer, intent(out) :: found
+      real(wp) :: bounds(3, 0:2*level%grid%fields) ! sizes; then each field's low sides, negative, and high
+      integer, allocatable :: of(:)
+      integer :: b, e, faces, n, p
+      bounds = -huge(bounds)
+      found = 0
+      do b = 1, size(level%blocks)
+         if (.not. meets_others(level, level%blocks(b))) cycle
+         associate (particles => level%blocks(b)%particles, x => level%layout%position, &
+                    low => bounds(:, 2*level%blocks(b)%field - 1), high => bounds(:, 2*level%blocks(b)%field))
+            if (allocated(of)) deallocate (of)
+            allocate (of(particles%count))
+            do e = 1, at%elements
+               call list_faces(particles%column, particles%count, at%area(e), of, faces)
+               call make_room(self, found + faces)
+               do n = 1, faces
+                  p = of(n)
+                  found = found + 1
+                  self%block(found) = b
+                  self%particle(found) = p
+                  self%element(found) = e
+                  associate (face => self%list(found)%face)
+                     face = particles%column(p, x:x + 2) + particles%column(p, at%arm(e):at%arm(e) + 2)
+                     low = max(low, -face)
+                     high = max(high, face)
+                  end associate
+                  bounds(:, 0) = max(bounds(:, 0), size_of(level, particles%column(p, :)))
+               end do
+            end do
+         end associate
+      end do
+      call MPI_Allreduce(MPI_IN_PLACE, bounds, size(bounds), MPI_DOUBLE_PRECISION, MPI_MAX, &
+                         communicator%comm)
+      self%low = -bounds(:, 1::2)
+      self%high = bounds(:, 2::2)
+      self%longest = edge_of(level, max(0.0_wp, bounds(1, 0)))
+   end subroutine find_all
+
+   !> Volume of a particle, m3, or its area in a section, m2.
+   pure real(wp) function size_of(level, values)
+      type(level_t), intent(in) :: level
+      real(wp), intent(in) :: values(:) !< columns of the particle
+      size_of = values(level%layout%volume)
+      if (.not. level%grid%section%is_flat()) return
+      size_of = size_of/level%grid%section%depth(values(level%layout%position))
+   end function size_of
+
+   !> The edge (m) of a particle of that size.
+   pure real(wp) function edge_of(level, extent)
+      type(level_t), intent(in) :: level
+      real(wp), intent(in) :: extent !< m3, or m2 in a section
+      if (level%grid%section%is_flat()) then
+         edge_of = sqrt(extent)
+      else
+         edge_of = extent**(1.0_wp/3.0_wp)
+      end if
+   end function edge_of
+
+   !> True when faces of another field may be within a distance of a face.
+   pure logical function has_company(self, field, face, distance)
+      class(surface_elements_t), intent(in) :: self
+      integer, intent(in) :: field
+      real(wp), intent(in) :: face(3), distance !< m
+      integer :: other
+      has_company = .false.
+      do other = 1, size(self%low, 2)
+         if (other == field .or. has_company) cycle
+         has_company = all(face > self%low(:, other) - distance &
+                           .and. face < self%high(:, other) + distance)
+      end do
+   end function has_company
+
+   !> Take the results of the last step at an element out of its particle's columns.
+   pure subroutine take_last(column, at, p, e, last)
+      real(wp), intent(inout), contiguous :: column(:, :)
+      type(surface_columns_t), intent(in) :: at
+      integer, intent(in) :: p, e !< particle and element
+      real(wp), intent(out) :: last(10) !< as in surface_elements_t
+      last = 0.0_wp
+      if (at%pressure(e) == 0) return
+      call take(column(p, at%pressure(e)), last(1))
+      call take(column(p, at%gap(e):at%gap(e) + 1), last(5:6))
+      if (at%deflection(e) > 0) call take(column(p, at%deflection(e):at%deflection(e) + 3), last(7:10))
+      if (at%friction(e) > 0) call take(column(p, at%friction(e):at%friction(e) + 2), last(2:4))
+   end subroutine take_last
+
+   elemental subroutine take(value, last)
+      real(wp), intent(inout) :: value
+      real(wp), intent(out) :: last
+      last = value
+      value = 0.0_wp
+   end subroutine take
 
    !> True when another field has a block at the place of a block or next to it.
    pure logical function meets_others(level, block) result(meets)
@@ -144,11 +249,12 @@ contains
          it%field = level%blocks(b)%field
          it%mass = column(p, layout%mass)
          it%velocity = column(p, layout%velocity:layout%velocity + 2)
-         it%edge = column(p, layout%volume)**(1.0_wp/3.0_wp)
+         it%edge = edge_of(level, size_of(level, column(p, :)))
          it%area = norm2(column(p, at%area(e):at%area(e) + 2))
          it%normal = column(p, at%area(e):at%area(e) + 2)/it%area
-         if (level%grid%section%is_flat()) call take_depth(it, column(p, :), level, at%arm(e))
-         self%longest = max(self%longest, it%edge)
+         if (level%grid%section%is_flat()) & ! as a side of its square in 3D
+            it%area = it%area*it%edge/level%grid%section%depth(column(p, layout%position) &
+                                                              + column(p, at%arm(e)))
          associate (x => column(p, layout%position:layout%position + 2), &
                     arm => column(p, at%arm(e):at%arm(e) + 2))
             it%centre = x
@@ -165,33 +271,8 @@ contains
             end if
             it%point = x + to_point*along
          end associate
-         self%last(:, self%own) = 0.0_wp
-         if (at%pressure(e) == 0) return
-         self%last(1, self%own) = column(p, at%pressure(e))
-         column(p, at%pressure(e)) = 0.0_wp
-         self%last(5:6, self%own) = column(p, at%gap(e):at%gap(e) + 1)
-         column(p, at%gap(e):at%gap(e) + 1) = 0.0_wp
-         if (at%deflection(e) > 0) then
-            self%last(7:10, self%own) = column(p, at%deflection(e):at%deflection(e) + 3)
-            column(p, at%deflection(e):at%deflection(e) + 3) = 0.0_wp
-         end if
-         if (at%friction(e) == 0) return
-         self%last(2:4, self%own) = column(p, at%friction(e):at%friction(e) + 2)
-         column(p, at%friction(e):at%friction(e) + 2) = 0.0_wp
       end associate
    end subroutine add
-
-   !> For a section: the edge of the particle's square, and the element as a side of it in 3D.
-   pure subroutine take_depth(it, values, level, arm)
-      type(element_t), intent(inout) :: it
-      real(wp), intent(in) :: values(:) !< columns of the particle
-      type(level_t), intent(in) :: level
-      integer, intent(in) :: arm        !< first column of the vector to the element, m
-      associate (section => level%grid%section, radius => values(level%layout%position))
-         it%edge = sqrt(values(level%layout%volume)/section%depth(radius))
-         it%area = it%area/section%depth(radius + values(arm))*it%edge
-      end associate
-   end subroutine take_depth
 
    !> Share of an element's force at its point, such that with the rest at the particle's centre the centre of
    !> the force is on the face, by the distances (m) of face and point from the centre.
@@ -206,26 +287,15 @@ contains
       type(surface_elements_t), intent(inout) :: self
       integer, intent(in) :: wanted
       type(element_t), allocatable :: more(:)
-      integer, allocatable :: numbers(:)
-      real(wp), allocatable :: spans(:, :, :), lasts(:, :)
-      integer :: n
-      n = size(self%list)
-      if (wanted <= n) return
-      allocate (more(2*wanted), spans(3, 3, 2*wanted), lasts(10, 2*wanted))
-      more(:n) = self%list
+      if (wanted <= size(self%list)) return
+      allocate (more(2*wanted))
+      more(:size(self%list)) = self%list
       call move_alloc(more, self%list)
-      n = size(self%block)
-      allocate (numbers(2*wanted))
-      numbers(:n) = self%block
-      self%block = numbers
-      numbers(:n) = self%particle
-      self%particle = numbers
-      numbers(:n) = self%element
-      self%element = numbers
-      spans(:, :, :n) = self%span
-      call move_alloc(spans, self%span)
-      lasts(:, :n) = self%last
-      call move_alloc(lasts, self%last)
+      self%block = reshape(self%block, [2*wanted], pad=[0])
+      self%particle = reshape(self%particle, [2*wanted], pad=[0])
+      self%element = reshape(self%element, [2*wanted], pad=[0])
+      self%span = reshape(self%span, [3, 3, 2*wanted], pad=[0.0_wp])
+      self%last = reshape(self%last, [10, 2*wanted], pad=[0.0_wp])
    end subroutine make_room
 
    !> Collective among near ranks: each receives the elements within `reach` of its blocks.
@@ -250,8 +320,6 @@ contains
       call level%near%swap_reals(transfer(sent, numbers), element_reals*given, numbers, element_reals*taken)
       self%list(self%count + 1:self%count + sum(taken)) = transfer(numbers, self%list, sum(taken))
       self%count = self%count + sum(taken)
-      if (self%count > self%own) &
-         self%longest = max(self%longest, maxval(self%list(self%own + 1:self%count)%edge))
    contains
       !> The own elements to be sent to a rank.
       function is_near(rank)

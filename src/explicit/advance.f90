@@ -181,7 +181,7 @@ contains
       else
          call forbid_contact(model%contact%tools, model%levels(l), model%levels(size(model%levels)), error)
          if (model%contact%pairs%active()) &
-            call model%contact%pairs%forbid(model%levels(l), &
+            call model%contact%pairs%forbid(model%communicator, model%levels(l), &
                                             model%levels(size(model%levels)), error)
       end if
    end subroutine apply_contact

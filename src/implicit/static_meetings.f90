@@ -21,7 +21,7 @@ module m_static_meetings
 
 contains
 
-   !> Collective among near ranks: add the points at which bodies meet. `again`: the step is repeated with a
+   !> Collective: add the points at which bodies meet. `again`: the step is repeated with a
    !> shorter length, from the same state.
    subroutine find_meeting_points(contact, communicator, level, materials, candidates, bodies, time, &
                                   compliance, again)
@@ -41,7 +41,7 @@ contains
       contact%pairs%active = .true.
       bodies%time = time
       bodies%overlap = 0.0_wp
-      if (.not. again) call bodies%meet(level)
+      if (.not. again) call bodies%meet(communicator, level)
       allocate (partners(bodies%met))
       do m = 1, bodies%met
          call place_partner(bodies%elements, level, bodies%meetings(m), partners(m))

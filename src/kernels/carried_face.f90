@@ -5,7 +5,9 @@ module m_carried_face
    use m_vectors, only: cross
    implicit none
    private
-   public :: carry_faces
+   public :: carry_faces, list_faces
+
+   integer, parameter :: together = 32 !< particles that are looked at in one pass
 
 contains
 
@@ -18,10 +20,13 @@ contains
       real(wp), intent(in), contiguous :: gradient(:, :) !< (:, 9), 1/s: L
       real(wp), intent(in) :: time_step !< s
       real(wp) :: f(3, 3), cofactor(3, 3)
-      integer :: i, p
-      do p = 1, count
-         if (.not. any(abs(column(p, area:area + 2)) > 0.0_wp)) cycle
-         f = time_step*reshape(gradient(p, :), [3, 3])
+      integer :: faces, i, n, p, of(count)
+      call list_faces(column, count, area, of, faces)
+      do n = 1, faces
+         p = of(n)
+         do i = 1, 3
+            f(:, i) = time_step*gradient(p, 3*i - 2:3*i)
+         end do
          do i = 1, 3
             f(i, i) = 1.0_wp + f(i, i)
          end do
@@ -32,5 +37,39 @@ contains
          column(p, arm:arm + 2) = matmul(f, column(p, arm:arm + 2))
       end do
    end subroutine carry_faces
+
+   !> The particles that have the face. Most are inside a body and have none, so many are passed at once.
+   pure subroutine list_faces(column, count, area, of, faces)
+      real(wp), intent(in), contiguous :: column(:, :)
+      integer, intent(in) :: count, area !< particles; first of three columns
+      integer, intent(out) :: of(count)  !< particles, rising; the first `faces` are set
+      integer, intent(out) :: faces
+      call list_areas(size(column, 1), count, column(:, area:area + 2), of, faces)
+   end subroutine list_faces
+
+   !> The same of the columns alone.
+   pure subroutine list_areas(rows, count, area, of, faces)
+      integer, intent(in) :: rows, count
+      real(wp), intent(in) :: area(rows, 3)
+      integer, intent(out) :: of(count), faces
+      real(wp) :: extent(together), total
+      integer :: first, i, n
+      faces = 0
+      do first = 0, count - 1, together
+         n = min(together, count - first)
+         total = 0.0_wp
+         !$omp simd reduction(+:total)
+         do i = 1, n
+            extent(i) = abs(area(first + i, 1)) + abs(area(first + i, 2)) + abs(area(first + i, 3))
+            total = total + extent(i)
+         end do
+         if (total <= 0.0_wp) cycle ! false for NaN
+         do i = 1, n
+            if (.not. extent(i) > 0.0_wp) cycle
+            faces = faces + 1
+            of(faces) = first + i
+         end do
+      end do
+   end subroutine list_areas
 
 end module m_carried_face

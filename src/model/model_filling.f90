@@ -48,8 +48,10 @@ contains
       do l = 1, size(self%levels)
          call fill(self, scene, l)
       end do
+      call self%communicator%agree(error)
+      if (error%happened()) return
       if (self%contact%pairs%active()) &
-         call self%contact%pairs%begin(scene, self%levels(size(self%levels)), error)
+         call self%contact%pairs%begin(self%communicator, scene, self%levels(size(self%levels)), error)
       call self%communicator%agree(error)
       if (error%happened()) return
       if (self%follows_groups()) self%first_centres = self%centres_of_mass()

@@ -15,7 +15,8 @@ module m_contact_area
    use m_level, only: level_t
    use m_surface_points, only: surface_point_t, squares_t, sorted_in_squares, find_neighbours
    use m_contact_edge, only: edges_t, find_edges, ahead
-   use m_contact_cover, only: mirror_t, beside, share_inside, covers, between, area_of_section
+   use m_contact_cover, only: mirror_t, beside, share_inside, find_inside, find_covered, between, &
+                              area_of_section
    use m_face_gap, only: find_gap, list_near
    use m_candidates, only: candidates_t
    implicit none
@@ -104,9 +105,7 @@ contains
       allocate (patch%points(0), patch%in_contact(0))
       patch%mirrors = mirrors
       if (.not. any(given%pressed > 0.0_wp)) return
-      associate (points => with_images(given, mirrors, 2.0_wp*ahead*cell))
-         patch%points = pack(points, at_surface(points, sorted_in_squares(points, cell)))
-      end associate
+      patch%points = with_images(pack(given, at_surface(given, mirrors, cell)), mirrors, 2.0_wp*ahead*cell)
       patch%squares = sorted_in_squares(patch%points, cell)
       associate (points => patch%points, squares => patch%squares)
          patch%in_contact = closed_points(points, squares, cell)
@@ -248,23 +247,22 @@ contains
       type(surface_point_t), intent(in) :: given(:)
       type(mirror_t), intent(in) :: mirrors(:)
       real(wp), intent(in) :: reach !< m
-      type(surface_point_t), allocatable :: points(:)
-      type(surface_point_t) :: images(2**size(mirrors)*size(given))
+      type(surface_point_t), allocatable :: points(:), images(:)
+      real(wp), allocatable :: beyond(:)
       integer :: m, n, p
       points = given
       do m = 1, size(mirrors)
-         n = 0
-         do p = 1, size(points)
-            associate (beyond => dot_product(mirrors(m)%normal, points(p)%place) - mirrors(m)%from)
-               if (beyond > reach) cycle
-               n = n + 1
-               images(n) = points(p)
-               images(n)%place = points(p)%place - 2.0_wp*beyond*mirrors(m)%normal
-               images(n)%outwards = mirrored(points(p)%outwards, mirrors(m))
-               images(n)%slope = mirrored(points(p)%slope, mirrors(m))
-            end associate
-         end do
-         points = [points, images(:n)]
+         associate (normal => mirrors(m)%normal)
+            beyond = normal(1)*points%place(1) + normal(2)*points%place(2) - mirrors(m)%from
+            images = points(pack([(p, p=1, size(points))], beyond <= reach))
+            beyond = pack(beyond, beyond <= reach)
+            do n = 1, size(images)
+               images(n)%place = images(n)%place - 2.0_wp*beyond(n)*normal
+               images(n)%outwards = mirrored(images(n)%outwards, mirrors(m))
+               images(n)%slope = mirrored(images(n)%slope, mirrors(m))
+            end do
+         end associate
+         points = [points, images]
       end do
    end function with_images
 
@@ -277,13 +275,20 @@ contains
    end function mirrored
 
    !> Points that no other one lies on top of, as the tool sees them.
-   pure function at_surface(points, squares) result(surface)
-      type(surface_point_t), intent(in) :: points(:)
-      type(squares_t), intent(in) :: squares
-      logical :: surface(size(points))
-      integer :: near(size(points)), n, p
-      do p = 1, size(points)
-         call find_neighbours(points, squares, points(p)%place, beside*points(p)%edge, near, n)
+   pure function at_surface(given, mirrors, cell) result(surface)
+      type(surface_point_t), intent(in) :: given(:)
+      type(mirror_t), intent(in) :: mirrors(:)
+      real(wp), intent(in) :: cell !< m
+      logical :: surface(size(given))
+      type(surface_point_t), allocatable :: points(:)
+      type(squares_t) :: squares
+      integer, allocatable :: near(:)
+      integer :: n, p
+      points = with_images(given, mirrors, beside*maxval(given%edge))
+      squares = sorted_in_squares(points, cell)
+      allocate (near(size(points)))
+      do p = 1, size(given)
+         call find_neighbours(squares, points(p)%place, beside*points(p)%edge, near, n)
          surface(p) = .not. any(points(near(:n))%gap < points(p)%gap - buried*points(p)%edge)
       end do
    end function at_surface
@@ -298,7 +303,7 @@ contains
       in_contact = points%pressed > 0.0_wp
       do p = 1, size(points)
          if (in_contact(p)) cycle
-         call find_neighbours(points, squares, points(p)%place, cell, near, n)
+         call find_neighbours(squares, points(p)%place, cell, near, n)
          in_contact(p) = points(p)%gap < closed*maxval(points(near(:n))%gap)
       end do
    end function closed_points
@@ -319,7 +324,7 @@ contains
                 .and. points%gap < hovers*points%edge
       do p = 1, size(points)
          if (.not. bearing(p)) cycle
-         call find_neighbours(points, squares, points(p)%place, cell, near, n)
+         call find_neighbours(squares, points(p)%place, cell, near, n)
          bearing(p) = any([(dot_product(points(near(m))%slope, points(p)%slope) &
                             < turned*norm2(points(near(m))%slope)*norm2(points(p)%slope), m=1, n)])
       end do
@@ -337,22 +342,26 @@ contains
       inside = .false.
       do p = 1, size(points)
          if (in_contact(p) .or. points(p)%gap > points(p)%edge) cycle
-         call find_neighbours(points, squares, points(p)%place, distance, near, n)
-         inside(p) = on_all_sides(points(p), points(pack(near(:n), in_contact(near(:n)))))
+         call find_neighbours(squares, points(p)%place, distance, near, n)
+         inside(p) = on_all_sides(points, p, pack(near(:n), in_contact(near(:n))))
       end do
    end function surrounded
 
    !> True where no half plane through a point is free of others.
-   pure logical function on_all_sides(point, others)
-      type(surface_point_t), intent(in) :: point, others(:)
-      real(wp) :: none, ray(2), side(size(others))
+   pure logical function on_all_sides(points, p, others)
+      type(surface_point_t), intent(in) :: points(:)
+      integer, intent(in) :: p, others(:) !< numbers of the point and of others
+      real(wp), dimension(size(others)) :: side, x, y
+      real(wp) :: none
       integer :: n
+      x = points(others)%place(1) - points(p)%place(1)
+      y = points(others)%place(2) - points(p)%place(2)
+      none = 1.0e-6_wp*points(p)%edge**2 ! on the line itself, by rounding
       on_all_sides = size(others) > 2
       do n = 1, size(others)
-         ray = others(n)%place - point%place
-         side = ray(1)*(others%place(2) - point%place(2)) - ray(2)*(others%place(1) - point%place(1))
-         none = 1.0e-6_wp*point%edge**2 ! on the line itself, by rounding
-         on_all_sides = on_all_sides .and. any(side > none) .and. any(side < -none)
+         if (.not. on_all_sides) return
+         side = x(n)*y - y(n)*x
+         on_all_sides = any(side > none) .and. any(side < -none)
       end do
    end function on_all_sides
 
@@ -365,22 +374,27 @@ contains
       real(wp), intent(in) :: cell !< m
       type(mirror_t), intent(in) :: mirrors(:)
       integer, intent(in) :: rank, ranks
-      real(wp) :: low(2), high(2), place(2), edge, share, width
+      real(wp) :: low(2), high(2), edge, start(2), width
       type(edges_t) :: edges
-      integer :: squares_along(2), i, j, near(size(points))
+      integer :: first, i, j, last, squares_along(2)
+      logical, allocatable :: covered(:)
       edges = find_edges(points, squares, in_contact, cell)
       edge = sum(points%edge, mask=in_contact)/count(in_contact)
       low = [minval(points%place(1), mask=in_contact), minval(points%place(2), mask=in_contact)] - edge
       high = [maxval(points%place(1), mask=in_contact), maxval(points%place(2), mask=in_contact)] + edge
       width = max(edge/per_edge, sqrt(product(high - low)/max_square))
       squares_along = ceiling((high - low)/width)
+      allocate (covered(0:squares_along(1) - 1))
       counted = 0.0_wp
       do j = rank, squares_along(2) - 1, ranks
-         do i = 0, squares_along(1) - 1
-            place = low + width*([i, j] + 0.5_wp)
-            share = share_inside(mirrors, place, width)
-            if (.not. share > 0.0_wp) cycle
-            if (covers(points, squares, in_contact, edges, edge, place, near)) counted = counted + share
+         start = [low(1), low(2) + width*(j + 0.5_wp)]
+         call find_inside(mirrors, start, width, squares_along(1), first, last)
+         if (first > last) cycle
+         call find_covered(points, squares, in_contact, edges, edge, [1.0_wp, 0.0_wp], start, width, first, &
+                           covered(first:last))
+         do i = first, last
+            if (covered(i)) counted = counted &
+               + share_inside(mirrors, start + [width*(i + 0.5_wp), 0.0_wp], width)
          end do
       end do
       counted = counted*width**2

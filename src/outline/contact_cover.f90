@@ -3,11 +3,11 @@
 module m_contact_cover
    use m_kinds, only: wp
    use m_section, only: section_t
-   use m_surface_points, only: surface_point_t, squares_t, find_neighbours
+   use m_surface_points, only: surface_point_t, squares_t, sorted_near
    use m_contact_edge, only: edges_t, find_edges
    implicit none
    private
-   public :: mirror_t, beyond_mirror, share_inside, covers, between, area_of_section
+   public :: mirror_t, share_inside, find_inside, find_covered, between, area_of_section
 
    !> A plane of symmetry parallel to the axis: a line, with `normal` . position >= `from` inside.
    type :: mirror_t
@@ -39,34 +39,74 @@ contains
       end do
    end function share_inside
 
-   !> True when the contact covers a position.
-   logical function covers(points, squares, in_contact, edges, edge, place, near)
+   !> The squares of a row along the first direction that are not all mirror images: first and last, from 0.
+   pure subroutine find_inside(mirrors, start, width, squares, first, last)
+      type(mirror_t), intent(in) :: mirrors(:)
+      real(wp), intent(in) :: start(2), width !< middle of the row's left edge; width of a square, m
+      integer, intent(in) :: squares          !< in the row
+      integer, intent(out) :: first, last
+      do first = 0, squares - 1
+         if (share_inside(mirrors, start + [width*(first + 0.5_wp), 0.0_wp], width) > 0.0_wp) exit
+      end do
+      do last = squares - 1, first, -1
+         if (share_inside(mirrors, start + [width*(last + 0.5_wp), 0.0_wp], width) > 0.0_wp) exit
+      end do
+   end subroutine find_inside
+
+   !> Which positions of a row the contact covers: those at start + along (i + 1/2) width, from i = first on.
+   !> Each point is asked for the positions that it reaches: the nearest point counts, and before it the edge
+   !> of the nearest point that has found one.
+   pure subroutine find_covered(points, squares, in_contact, edges, edge, along, start, width, first, covered)
       type(surface_point_t), intent(in) :: points(:)
       type(squares_t), intent(in) :: squares
       logical, intent(in) :: in_contact(:)
       type(edges_t), intent(in) :: edges
-      real(wp), intent(in) :: edge     !< of the particles, m
-      real(wp), intent(in) :: place(2) !< m
-      integer, intent(inout) :: near(:) !< work
-      real(wp) :: distance, nearest, nearest_out
-      integer :: found, m, p, out
-      call find_neighbours(points, squares, place, max(edge, edges%farthest), near, found)
-      covers = .false.
+      real(wp), intent(in) :: edge !< of the particles, m
+      real(wp), intent(in) :: along(2), start(2), width !< unit vector; m
+      integer, intent(in) :: first
+      logical, intent(out) :: covered(first:)
+      real(wp), dimension(first:ubound(covered, 1)) :: nearest, nearest_out !< squared distances, m2
+      integer, dimension(first:ubound(covered, 1)) :: out
+      real(wp) :: half, middle, reach, square
+      integer :: i, n, of_row(2), p
+      covered = .false.
+      nearest = huge(edge)
+      nearest_out = huge(edge)
       out = 0
-      nearest = huge(nearest)
-      nearest_out = huge(nearest)
-      do m = 1, found
-         p = near(m)
-         distance = norm2(points(p)%place - place)
-         if (distance < nearest) covers = in_contact(p) .and. distance < beside*edge
-         nearest = min(nearest, distance)
-         if (.not. edges%known(p) .or. distance >= min(nearest_out, edges%sight(p))) cycle
-         nearest_out = distance
-         out = p
+      of_row = sorted_near(squares, start, start + along*width*(first + size(covered)), &
+                           max(edge, edges%farthest))
+      do n = of_row(1), of_row(2)
+         p = squares%point(n)
+         reach = edge
+         if (edges%known(p)) reach = max(edge, edges%sight(p))
+         middle = dot_product(along, points(p)%place - start)/width - 0.5_wp
+         half = reach**2 - (along(1)*(points(p)%place(2) - start(2)) - along(2)*(points(p)%place(1) &
+                                                                               - start(1)))**2
+         if (half < 0.0_wp) cycle
+         half = sqrt(half)/width + 0.01_wp ! whatever the rounding
+         do i = max(first, ceiling(middle - half)), min(ubound(covered, 1), floor(middle + half))
+            square = sum((points(p)%place - position(i))**2)
+            if (square < nearest(i)) then
+               nearest(i) = square
+               covered(i) = in_contact(p) .and. square < (beside*edge)**2
+            end if
+            if (.not. edges%known(p) .or. square >= min(nearest_out(i), edges%sight(p)**2)) cycle
+            nearest_out(i) = square
+            out(i) = p
+         end do
       end do
-      if (out > 0) covers = nearest < edge .and. dot_product(points(out)%place - place, &
-                                                             edges%outwards(:, out)) > edges%back(out)
-   end function covers
+      do i = first, ubound(covered, 1)
+         if (out(i) > 0) covered(i) = nearest(i) < edge**2 &
+            .and. dot_product(points(out(i))%place - position(i), edges%outwards(:, out(i))) &
+            > edges%back(out(i))
+      end do
+   contains
+      pure function position(i)
+         integer, intent(in) :: i
+         real(wp) :: position(2)
+         position = start + along*(width*(i + 0.5_wp))
+      end function position
+   end subroutine find_covered
 
    !> The points on the line of a section with others in contact near on both sides.
    pure function between(points, in_contact, distance)
@@ -101,7 +141,8 @@ contains
       real(wp), intent(in) :: cell !< m
       real(wp) :: along(2), low, high, edge, width, at
       type(edges_t) :: edges
-      integer :: i, near(size(points)), steps
+      integer :: i, steps
+      logical, allocatable :: covered(:)
       edges = find_edges(points, squares, in_contact, cell)
       along = 0.0_wp ! the points lie along it; the other direction is normal to the section
       along(maxloc([maxval(abs(points%place(1))), maxval(abs(points%place(2)))], dim=1)) = 1.0_wp
@@ -110,11 +151,12 @@ contains
       high = maxval(along(1)*points%place(1) + along(2)*points%place(2), mask=in_contact) + edge
       steps = ceiling((high - low)/edge*on_line)
       width = (high - low)/steps
+      allocate (covered(0:steps - 1))
+      call find_covered(points, squares, in_contact, edges, edge, along, low*along, width, 0, covered)
       area = 0.0_wp
       do i = 0, steps - 1
          at = low + width*(i + 0.5_wp)
-         if (beyond_mirror(mirrors, at*along)) cycle
-         if (covers(points, squares, in_contact, edges, edge, at*along, near)) &
+         if (covered(i) .and. .not. beyond_mirror(mirrors, at*along)) &
             area = area + width*section%depth(abs(at))
       end do
    end function area_of_section

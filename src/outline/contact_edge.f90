@@ -57,11 +57,11 @@ contains
             edges%known(p) = .true.
             cycle
          end if
-         call find_neighbours(points, squares, points(p)%place, beside*cell, near, n)
+         call find_neighbours(squares, points(p)%place, beside*cell, near, n)
          if (.not. any(in_contact(near(:n)))) cycle
          edges%outwards(:, p) = up_the_gap(points, near(:n), p)
          if (.not. norm2(edges%outwards(:, p)) > 0.0_wp) cycle
-         call find_neighbours(points, squares, points(p)%place, norm2([beside + inside, strip])*cell, near, n)
+         call find_neighbours(squares, points(p)%place, norm2([beside + inside, strip])*cell, near, n)
          if (all(points(near(:n))%modulus > 0.0_wp)) then
             call fit_pressures(points(near(:n)), in_contact(near(:n)), points(p)%place, &
                                edges%outwards(:, p), cell, edges%known(p), edges%back(p))
@@ -69,7 +69,7 @@ contains
             edges%sight(p) = edges%sight(p) + max(0.0_wp, edges%back(p))
             if (edges%known(p)) cycle
          end if
-         call find_neighbours(points, squares, points(p)%place, norm2([ahead, aside])*cell, near, n)
+         call find_neighbours(squares, points(p)%place, norm2([ahead, aside])*cell, near, n)
          call fit(points(near(:n)), in_contact(near(:n)), points(p)%place, edges%outwards(:, p), cell, &
                   opening, edges%known(p), edges%back(p))
       end do
