@@ -35,7 +35,6 @@ contains
             if (.not. side_kinds(grid%boundary(side, axis))%mirrors) cycle
             plane = grid%plane(place, side, axis)
             if (plane < 0) cycle
-            if (axis == 1 .and. side == 1 .and. grid%section%is_round()) cycle ! the axis
             along(plane, axis) = 0.5_wp*along(plane, axis) ! the other half is in the mirror image
          end do
       end do
@@ -48,17 +47,20 @@ contains
             end do
          end do
       end do
+      if (.not. grid%section%is_round()) return
+      plane = grid%plane(place, 1, 1)
+      if (plane >= 0 .and. plane < tile_last) share(plane, :, :) = share(plane + 1, :, :) ! on the axis: the
+                                                  ! sum over particles is not near enough to the volume there
    end function even_share
 
-   !> Extent normal to a section at the nodes along x, m: of a ring the mean with the weights of the node,
-   !> which at the axis is that at a sixth of a cell.
+   !> Extent normal to a section at the nodes along x, m.
    pure function depth_at(grid, first) result(depth)
       type(grid_level_t), intent(in) :: grid
       integer, intent(in) :: first !< of the block along x
       real(wp) :: depth(0:tile_last)
       integer :: i
       depth = [(grid%section%depth(grid%lower(1) + (block_size*first - 1 + i)*grid%cell), i=0, tile_last)]
-      if (grid%section%is_round()) depth = max(depth, grid%section%depth(grid%cell/6.0_wp))
+      if (grid%section%is_round()) depth = max(depth, grid%section%depth(grid%cell)) ! no 0 on the axis
    end function depth_at
 
 end module m_node_filling
