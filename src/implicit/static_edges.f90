@@ -5,7 +5,7 @@ module m_static_edges
    use m_kinds, only: wp
    use m_node_values, only: v_x, v_z, f_x, f_z
    use m_communicator, only: communicator_t
-   use m_edge, only: prolong_motion, prolong, restrict, add_patches, patch_last
+   use m_edge, only: prolong_motion, prolong, restrict, add_patches
    use m_composite, only: composite_t
    implicit none
    private
@@ -20,10 +20,8 @@ contains
       type(communicator_t), intent(in) :: communicator
       real(wp), intent(in), contiguous :: tiles(:, 0:, 0:, 0:, :)
       integer :: c
-      associate (r => composite%rows)
-         composite%down(:, :, r(1):min(r(2), patch_last), :, :) = 0.0_wp
-         composite%lag_velocity = 0.0_wp ! gradients have no lead here
-      end associate
+      composite%down = 0.0_wp
+      composite%lag_velocity = 0.0_wp ! gradients have no lead here
       do c = 1, size(composite%by_index)
          associate (edge => composite%edges(composite%by_index(c)))
             call prolong_motion(edge, tiles(:, :, :, :, edge%parent), &
@@ -55,7 +53,7 @@ contains
       integer :: e
       do e = 1, composite%own
          associate (edge => composite%edges(e))
-            composite%up(:, :, edge%rows(1):edge%rows(2), :, e) = 0.0_wp
+            composite%up(:, :, :, :, e) = 0.0_wp
             call restrict(edge, tiles(:, :, :, :, edge%block), f_x, f_z, merge(2, 1, diagonal), &
                           composite%up(:, :, :, :, e))
          end associate

@@ -33,11 +33,11 @@ module m_composite
                                               !< order of addition at a parent
       integer, allocatable :: edge_of(:)      !< of each of this rank's finer blocks, 0 if none
       logical, allocatable, private :: parents(:) !< of this rank's blocks of the coarser level
-      integer :: rows(2) = [0, tile_last]     !< as of the levels' grids; of patches the rows in use
+      integer :: rows(2) = [0, tile_last]     !< as of the levels' grids
       integer :: values = node_values         !< of a node of a patch; 3 more where the lag is corrected
-      real(wp), dimension(:, :, :, :, :), allocatable :: up, down ! (values, 0:5, 0:5, 0:5, edges)
-      real(wp), dimension(:, :, :, :, :), allocatable, private :: first !< `up` in the first of two steps, own
-                                                                        !< edges
+      real(wp), dimension(:, :, :, :, :), allocatable :: up, down ! (values, 0:5, rows, 0:5, edges)
+      real(wp), dimension(:, :, :, :, :), allocatable, private :: first !< force of `up` in the first of two
+                                                                        !< steps, own edges
       type(edge_nodes_t) :: depended !< nodes of the coarser level on which constrained nodes depend
       ! by these nodes:
       real(wp), allocatable, private :: pushed(:, :)       !< acceleration by effects on nodes, m/s2
@@ -61,8 +61,7 @@ contains
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: coarse !< gets tiles for restricted values
       type(level_t), intent(in) :: fine
-      integer, allocatable :: own(:), others(:), numbers(:), indices(:) !< own blocks' numbers, others'
-                                                                        !< indices
+      integer, allocatable :: own(:), others(:), numbers(:), indices(:) ! own blocks' numbers, others' indices
       integer :: b, field, index, n, place(3)
       call self%release()
       self%corrects_lag = fine%layout%corrects_lag()
@@ -103,9 +102,10 @@ contains
       self%by_index = self%by_index(sorted_order(int(self%edges(self%by_index)%index, i8), &
                                                  int(self%by_index, i8)))
       n = size(self%edges)
-      allocate (self%up(self%values, 0:patch_last, 0:patch_last, 0:patch_last, n), source=0.0_wp)
-      allocate (self%down(self%values, 0:patch_last, 0:patch_last, 0:patch_last, n), source=0.0_wp)
-      allocate (self%first(self%values, 0:patch_last, 0:patch_last, 0:patch_last, self%own), source=0.0_wp)
+      allocate (self%up(self%values, 0:patch_last, self%rows(1):min(self%rows(2), patch_last), &
+                        0:patch_last, n), source=0.0_wp)
+      allocate (self%down, source=self%up)
+      allocate (self%first, source=self%up(f_x:f_z, :, :, :, :self%own))
       call list_edge_nodes(coarse, fine, self%depended)
       n = size(self%depended%at, 2)
       allocate (self%own_mass(n), self%pushed(3, n), source=0.0_wp)
@@ -114,7 +114,7 @@ contains
       call fit_pool(coarse%restricted, size(coarse%blocks) + size(coarse%ghost_index))
       coarse%restricted(:, :, self%rows(1):self%rows(2), :, :) = 0.0_wp ! and stays so at other nodes
       call self%exchange%build(self%edges%rank_beyond, self%own, communicator, &
-                               self%values*(patch_last + 1)**3)
+                               self%values*(patch_last + 1)**2*size(self%up, 3))
    end subroutine build
 
    !> True when the finer level restricts to a block of the coarser one.
@@ -161,9 +161,7 @@ contains
       real(wp), intent(in) :: half !< the finer step, s
       integer :: e
       call restrict_own(self, fine)
-      do e = self%rows(1), min(self%rows(2), patch_last)
-         self%first(:, :, e, :, :) = self%up(:, :, e, :, :self%own)
-      end do
+      self%first = self%up(f_x:f_z, :, :, :, :self%own)
       if (fine%layout%edge_stress > 0) then
          do e = 1, self%own
             call restrict_lag(self%edges(e), fine, half, self%up(:, :, :, :, e))
@@ -178,14 +176,11 @@ contains
       class(composite_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: fine
-      integer :: j
       call restrict_own(self, fine)
-      do j = self%rows(1), min(self%rows(2), patch_last)
-         associate (up => self%up(:, :, j, :, :self%own))
-            up(spare_, :, :, :) = up(mass_, :, :, :)
-            up(f_x:f_z, :, :, :) = up(f_x:f_z, :, :, :) - self%first(f_x:f_z, :, j, :, :)
-         end associate
-      end do
+      associate (up => self%up(:, :, :, :, :self%own))
+         up(spare_, :, :, :, :) = up(mass_, :, :, :, :)
+         up(f_x:f_z, :, :, :, :) = up(f_x:f_z, :, :, :, :) - self%first
+      end associate
       call self%exchange%exchange(communicator, self%up, upwards=.true.)
    end subroutine restrict_change
 

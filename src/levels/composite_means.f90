@@ -7,7 +7,7 @@ module m_composite_means
    use m_communicator, only: communicator_t
    use m_level, only: level_t
    use m_composite, only: composite_t
-   use m_edge, only: restrict, restrict_arms, prolong, prolong_motion, add_patches, patch_last
+   use m_edge, only: restrict, restrict_arms, prolong, prolong_motion, add_patches
    implicit none
    private
    public :: add_from_finer, take_from_coarser
@@ -27,8 +27,8 @@ contains
       real(wp), allocatable :: patches(:, :, :, :, :)
       integer :: e
       associate (edges => composite%edges)
-         allocate (patches(composite%values, 0:patch_last, 0:patch_last, 0:patch_last, size(edges)), &
-                   source=0.0_wp)
+         allocate (patches, mold=composite%up)
+         patches = 0.0_wp
          do e = 1, composite%own
             call restrict(edges(e), sums(:, :, :, :, edges(e)%block), 1, node_values, 1, &
                           patches(:, :, :, :, e))
@@ -51,8 +51,8 @@ contains
       real(wp), allocatable :: patches(:, :, :, :, :)
       integer :: e
       associate (edges => composite%edges)
-         allocate (patches(composite%values, 0:patch_last, 0:patch_last, 0:patch_last, size(edges)), &
-                   source=0.0_wp)
+         allocate (patches, mold=composite%up)
+         patches = 0.0_wp
          do e = 1, size(edges)
             if (edges(e)%parent == 0) cycle
             call prolong_motion(edges(e), means(:, :, :, :, edges(e)%parent), patches(:, :, :, :, e))

@@ -26,10 +26,8 @@ module m_edge
              prolong_lag, interpolate_motion, interpolate_lag, restrict, restrict_arms, prolong, add_patches
 
    integer, parameter, public :: patch_last = 5 !< patches run from 0 to here
-   integer, parameter, public :: lag_first = node_values + 1, lag_last = node_values + 3 !< up: the force of
-                                                                                         !< the
-                                                                  !< accumulated stress, down: the lead of
-                                                                  !< gradients
+   !> Up: the force of the accumulated stress, down: the lead of gradients.
+   integer, parameter, public :: lag_first = node_values + 1, lag_last = node_values + 3
    real(wp), parameter :: shares(0:3) = [1.0_wp, 0.5_wp, 0.25_wp, 0.125_wp] !< of a constrained node that lies
                                                                             !< between nodes along 0, 1, 2 or
                                                                             !< 3 axes
@@ -43,7 +41,7 @@ module m_edge
       integer :: parent = 0    !< number of its parent here, 0 where only the block is local
       integer :: rank_beyond = -1 !< rank of the parent, or where only that is local the rank of the block
       integer :: corner(3) = 0 !< of the patch in the parent's tile
-      integer :: rows(2) = [0, patch_last] !< first and last index along y in a patch that is in use
+      integer :: rows(2) = [0, patch_last] !< first and last index along y in a patch
       integer, allocatable :: constrained(:, :) !< tile indices (3) of the constrained nodes, and 1 where this
                                                 !< block restricts the node, else 0
    end type edge_t
@@ -144,7 +142,7 @@ contains
       integer, intent(in) :: place(3) !< of the block
       real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       logical, intent(in) :: affine
-      real(wp), intent(inout), contiguous :: patch(:, 0:, 0:, 0:)
+      real(wp), intent(inout), contiguous :: patch(:, 0:, edge%rows(1):, 0:)
       real(wp) :: held(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       ! gradients are taken with boundary conditions applied, including the mirror images outside
       if (affine .and. has_boundary(grid, place)) then
@@ -161,11 +159,11 @@ contains
       type(edge_t), intent(in) :: edge
       real(wp), dimension(node_values, 0:tile_last, 0:tile_last, 0:tile_last), intent(in) :: tile, held
       logical, intent(in) :: affine
-      real(wp), intent(inout), contiguous :: patch(:, 0:, 0:, 0:)
+      real(wp), intent(inout), contiguous :: patch(:, 0:, edge%rows(1):, 0:)
       integer :: s, at(3), low(3), high(3)
       ! changes of momentum, and of all values, along the axes
       real(wp) :: share, change(3, 3), along(node_values, 3)
-      patch(:, :, edge%rows(1):edge%rows(2), :) = 0.0_wp
+      patch = 0.0_wp
       along = 0.0_wp
       do s = 1, size(edge%constrained, 2)
          if (edge%constrained(4, s) == 0) cycle
@@ -176,17 +174,18 @@ contains
             call change_of_momentum(held, at, high > low, change)
             along(v_x:v_z, :) = change
          end if
-         call restrict_node(at, 1, node_values, tile(:, at(1), at(2), at(3)), along, patch)
+         call restrict_node(edge, at, 1, node_values, tile(:, at(1), at(2), at(3)), along, patch)
       end do
    end subroutine restrict_tile
 
    !> Add to the nodes of a patch that a constrained node depends on their shares of its values, and of the
    !> change of these along each axis from the constrained node to the next one.
-   pure subroutine restrict_node(at, first, number, given, along, patch)
+   pure subroutine restrict_node(edge, at, first, number, given, along, patch)
+      type(edge_t), intent(in) :: edge
       integer, intent(in) :: at(3)         !< tile index of the constrained node
       integer, intent(in) :: first, number !< of the values in the patch
       real(wp), intent(in) :: given(number), along(number, 3)
-      real(wp), intent(inout), contiguous :: patch(:, 0:, 0:, 0:)
+      real(wp), intent(inout), contiguous :: patch(:, 0:, edge%rows(1):, 0:)
       real(wp) :: share
       integer :: low(3), high(3), c, i, j, k, q
       call coarse_nodes(at, low, high, share)
@@ -243,7 +242,7 @@ contains
       type(edge_t), intent(in) :: edge
       type(level_t), intent(inout) :: fine !< one of its work lists is used
       real(wp), intent(in) :: half
-      real(wp), intent(inout), contiguous :: patch(:, 0:, 0:, 0:)
+      real(wp), intent(inout), contiguous :: patch(:, 0:, edge%rows(1):, 0:)
       real(wp) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       real(wp), parameter :: level_along(3, 3) = 0.0_wp
       type(layout_t) :: layout
@@ -269,9 +268,9 @@ contains
          at = edge%constrained(:3, s)
          if (.not. tile(mass_, at(1), at(2), at(3)) > 0.0_wp) cycle
          associate (force => tile(f_x:f_z, at(1), at(2), at(3)))
-            call restrict_node(at, p_x, 3, -0.5_wp*half*force, level_along, patch)
+            call restrict_node(edge, at, p_x, 3, -0.5_wp*half*force, level_along, patch)
             if (size(patch, 1) > node_values) &
-               call restrict_node(at, lag_first, 3, 1.0_wp*force, level_along, patch)
+               call restrict_node(edge, at, lag_first, 3, 1.0_wp*force, level_along, patch)
          end associate
       end do
    end subroutine restrict_lag
@@ -280,16 +279,16 @@ contains
    pure subroutine add_patches(edges, order, patches, tiles, to, from, values)
       type(edge_t), intent(in) :: edges(:)
       integer, intent(in) :: order(:)        !< numbers of edges whose parent is here
-      real(wp), intent(in), contiguous :: patches(:, 0:, 0:, 0:, :)
+      real(wp), intent(in), contiguous :: patches(:, :, :, :, :)
       real(wp), intent(inout) :: tiles(node_values, 0:tile_last, 0:tile_last, 0:tile_last, *)
       integer, intent(in) :: to, from, values !< first value in a tile and in a patch, and number of values
       integer :: c, e
       do c = 1, size(order)
          e = order(c)
-         associate (a => edges(e)%corner, z => edges(e)%corner + patch_last, r => edges(e)%rows, &
+         associate (a => edges(e)%corner, z => edges(e)%corner + patch_last, &
                     y => edges(e)%corner(2) + edges(e)%rows, b => edges(e)%parent)
             tiles(to:to + values - 1, a(1):z(1), y(1):y(2), a(3):z(3), b) = tiles(to:to + values - 1, &
-               a(1):z(1), y(1):y(2), a(3):z(3), b) + patches(from:from + values - 1, :, r(1):r(2), :, e)
+               a(1):z(1), y(1):y(2), a(3):z(3), b) + patches(from:from + values - 1, :, :, :, e)
          end associate
       end do
    end subroutine add_patches
@@ -298,9 +297,9 @@ contains
    pure subroutine prolong_motion(edge, tile, patch)
       type(edge_t), intent(in) :: edge
       real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      real(wp), intent(inout), contiguous :: patch(:, 0:, 0:, 0:)
+      real(wp), intent(inout), contiguous :: patch(:, 0:, edge%rows(1):, 0:)
       associate (a => edge%corner, z => edge%corner + patch_last, r => edge%rows)
-         patch(:node_values, :, r(1):r(2), :) = tile(:, a(1):z(1), a(2) + r(1):a(2) + r(2), a(3):z(3))
+         patch(:node_values, :, :, :) = tile(:, a(1):z(1), a(2) + r(1):a(2) + r(2), a(3):z(3))
       end associate
    end subroutine prolong_motion
 
@@ -309,10 +308,10 @@ contains
    pure subroutine prolong_lag(edge, known, patch)
       type(edge_t), intent(in) :: edge
       real(wp), intent(in) :: known(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      real(wp), intent(inout), contiguous :: patch(:, 0:, 0:, 0:)
+      real(wp), intent(inout), contiguous :: patch(:, 0:, edge%rows(1):, 0:)
       associate (a => edge%corner, z => edge%corner + patch_last, r => edge%rows)
-         patch(lag_first:lag_last, :, r(1):r(2), :) = &
-            known(v_x:v_z, a(1):z(1), a(2) + r(1):a(2) + r(2), a(3):z(3)) - patch(a_x:a_z, :, r(1):r(2), :)
+         patch(lag_first:lag_last, :, :, :) = &
+            known(v_x:v_z, a(1):z(1), a(2) + r(1):a(2) + r(2), a(3):z(3)) - patch(a_x:a_z, :, :, :)
       end associate
    end subroutine prolong_lag
 
@@ -320,7 +319,7 @@ contains
    !> half-steps). Those without mass are skipped.
    pure subroutine interpolate_motion(edge, patch, remaining, tile)
       type(edge_t), intent(in) :: edge
-      real(wp), intent(in), contiguous :: patch(:, 0:, 0:, 0:)
+      real(wp), intent(in), contiguous :: patch(:, 0:, edge%rows(1):, 0:)
       real(wp), intent(in) :: remaining !< time from the velocities of this step to those of the coarser one,
                                         !< s
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
@@ -329,7 +328,7 @@ contains
       do s = 1, size(edge%constrained, 2)
          at = edge%constrained(:3, s)
          if (.not. tile(mass_, at(1), at(2), at(3)) > 0.0_wp) cycle
-         call interpolate(patch, at, 1, node)
+         call interpolate(edge, patch, at, 1, node)
          tile(v_x:v_z, at(1), at(2), at(3)) = node(v_x:v_z) - remaining*node(a_x:a_z)
          tile(a_x:a_z, at(1), at(2), at(3)) = node(a_x:a_z)
       end do
@@ -339,7 +338,7 @@ contains
    !> eq. lag).
    pure subroutine interpolate_lag(edge, patch, time_step, asked, tile)
       type(edge_t), intent(in) :: edge
-      real(wp), intent(in), contiguous :: patch(:, 0:, 0:, 0:)
+      real(wp), intent(in), contiguous :: patch(:, 0:, edge%rows(1):, 0:)
       real(wp), intent(in) :: time_step  !< of the finer level, s
       integer, intent(in) :: asked(2, 3) !< first and last index along each axis of the requested nodes
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
@@ -348,7 +347,7 @@ contains
       do s = 1, size(edge%constrained, 2)
          at = edge%constrained(:3, s)
          if (any(at < asked(1, :) .or. at > asked(2, :))) cycle
-         call interpolate(patch, at, lag_last - node_values + 1, values)
+         call interpolate(edge, patch, at, lag_last - node_values + 1, values)
          tile(v_x:v_z, at(1), at(2), at(3)) = 0.5_wp*time_step*values(node_values - 2:)
       end do
    end subroutine interpolate_lag
@@ -359,7 +358,7 @@ contains
       type(edge_t), intent(in) :: edge
       real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       integer, intent(in) :: first, last, power
-      real(wp), intent(inout), contiguous :: patch(:, 0:, 0:, 0:)
+      real(wp), intent(inout), contiguous :: patch(:, 0:, edge%rows(1):, 0:)
       real(wp) :: along(node_values, 3), share
       integer :: at(3), low(3), high(3), s
       along = 0.0_wp
@@ -367,7 +366,7 @@ contains
          if (edge%constrained(4, s) == 0) cycle
          at = edge%constrained(:3, s)
          call coarse_nodes(at, low, high, share)
-         call restrict_node(at, first, last - first + 1, &
+         call restrict_node(edge, at, first, last - first + 1, &
                             share**(power - 1)*tile(first:last, at(1), at(2), at(3)), &
                             along(:last - first + 1, :), patch)
       end do
@@ -379,7 +378,7 @@ contains
       type(edge_t), intent(in) :: edge
       real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       real(wp), intent(in) :: cell !< of the tile, m
-      real(wp), intent(inout), contiguous :: patch(:, 0:, 0:, 0:)
+      real(wp), intent(inout), contiguous :: patch(:, 0:, edge%rows(1):, 0:)
       real(wp), parameter :: nothing(3) = 0.0_wp
       real(wp) :: along(3, 3)
       integer :: a, at(3), s
@@ -390,21 +389,21 @@ contains
          do a = 1, 3
             along(a, a) = -tile(1, at(1), at(2), at(3))*cell
          end do
-         call restrict_node(at, 2, 3, nothing, along, patch)
+         call restrict_node(edge, at, 2, 3, nothing, along, patch)
       end do
    end subroutine restrict_arms
 
    !> Compute some values of all constrained nodes of a tile from those of the nodes that they depend on.
    pure subroutine prolong(edge, patch, first, last, tile)
       type(edge_t), intent(in) :: edge
-      real(wp), intent(in), contiguous :: patch(:, 0:, 0:, 0:)
+      real(wp), intent(in), contiguous :: patch(:, 0:, edge%rows(1):, 0:)
       integer, intent(in) :: first, last
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       real(wp) :: node(node_values)
       integer :: at(3), q, s
       do s = 1, size(edge%constrained, 2)
          at = edge%constrained(:3, s)
-         call interpolate(patch, at, 1, node)
+         call interpolate(edge, patch, at, 1, node)
          do q = first, last
             tile(q, at(1), at(2), at(3)) = node(q)
          end do
@@ -414,8 +413,9 @@ contains
    !> Compute some values of a constrained node, as many as `values` has room for, from those of the nodes
    !> that it depends on (theory.md, eq. constrained): along each axis half of each of two, which coincide
    !> where it lies on a coarser node.
-   pure subroutine interpolate(patch, at, first, values)
-      real(wp), intent(in), contiguous :: patch(:, 0:, 0:, 0:)
+   pure subroutine interpolate(edge, patch, at, first, values)
+      type(edge_t), intent(in) :: edge
+      real(wp), intent(in), contiguous :: patch(:, 0:, edge%rows(1):, 0:)
       integer, intent(in) :: at(3) !< tile index of the constrained node
       integer, intent(in) :: first !< of the values in the patch
       real(wp), intent(out) :: values(node_values)
