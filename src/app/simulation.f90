@@ -241,7 +241,7 @@ contains
          call self%meet_fault()
          return
       end if
-      call self%expectation%update(self%scene, self%model, self%console%elapsed())
+      call self%expectation%update(self%scene, self%model, self%guard, self%console%elapsed())
       if (self%course%early_elapsed <= 0.0_wp .and. self%model%time >= 0.9_wp*self%scene%end_time) then
          self%course%early_contact = self%model%timers%seconds(phase_contact)
          self%course%early_elapsed = self%console%elapsed()

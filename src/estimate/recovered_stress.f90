@@ -1,12 +1,12 @@
 !> The recovered stress of all particles (theory.md, eq. recovered), separately for each body.
 module m_recovered_stress
-   use m_kinds, only: wp
+   use m_kinds, only: wp, i8
    use m_constants, only: block_size
    use m_node_values, only: tile_last
    use m_side_kinds, only: boundary_roller, side_kinds
    use m_grid_level, only: grid_level_t
    use m_model, only: model_t
-   use m_level, only: level_t
+   use m_level, only: level_t, tile_bytes
    use m_block, only: block_t
    use m_cell_list, only: cell_list_t
    use m_stencil, only: bin_place
@@ -19,7 +19,7 @@ module m_recovered_stress
    implicit none
    private
    public :: block_stress_t, level_stress_t, recover_stress, give, take, members_of, chosen, &
-             mirrors_of, make_mixed_means
+             mirrors_of, make_mixed_means, recovery_bytes
 
    !> The recovered stress of the particles of a block.
    type :: block_stress_t
@@ -37,6 +37,13 @@ module m_recovered_stress
    end type pool_t
 
 contains
+
+   !> Memory (bytes) of the tiles that recover_stress uses on this rank: four for each block.
+   pure integer(i8) function recovery_bytes(model)
+      type(model_t), intent(in) :: model
+      integer :: l
+      recovery_bytes = sum([(4*tile_bytes*size(model%levels(l)%extent, 3), l=1, size(model%levels))])
+   end function recovery_bytes
 
    !> Collective: the recovered stress of this rank's particles of all levels. The model is not changed.
    subroutine recover_stress(model, recovered)

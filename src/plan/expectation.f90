@@ -6,6 +6,8 @@ module m_expectation
    use m_timers, only: timers_t, phase_output
    use m_scene, only: scene_t
    use m_model, only: model_t
+   use m_guard, only: guard_t
+   use m_recovered_stress, only: recovery_bytes
    use m_particle_store, only: spare_room
    use m_forecast, only: rates_t, prospect_t, rates_of, predict_costs, contact_steps, model_bytes
    implicit none
@@ -65,10 +67,11 @@ contains
 
    !> Collective, after a step: when enough has been measured, estimate the remaining time. Steps with most of
    !> the material at rest are not representative, and are discarded.
-   subroutine update(self, scene, model, elapsed)
+   subroutine update(self, scene, model, guard, elapsed)
       class(expectation_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
+      type(guard_t), intent(in) :: guard
       real(wp), intent(in) :: elapsed !< s since the program started
       real(wp) :: share, seen, resting, awake
       if (self%made) return
@@ -83,21 +86,22 @@ contains
          call self%open_window(model, elapsed)
       else if (share >= enough_share .or. model%communicator%maximum(elapsed &
             - self%began) >= enough_seconds) then
-         call make(self, scene, model, elapsed, awake)
+         call make(self, scene, model, guard, elapsed, awake)
       end if
    end subroutine update
 
    !> Collective: extrapolate the steps so far, with blocks that start to move and, where contact has begun,
    !> more of it.
-   subroutine make(self, scene, model, elapsed, awake)
+   subroutine make(self, scene, model, guard, elapsed, awake)
       type(expectation_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
+      type(guard_t), intent(in) :: guard
       real(wp), intent(in) :: elapsed
       real(wp), intent(in) :: awake !< active share of the particle-steps
       type(rates_t) :: rates
       type(prospect_t) :: prospect
-      real(wp) :: points, seconds(5), spent, done, written, bytes(2)
+      real(wp) :: points, seconds(5), spent, done, written, bytes(2), recovery
       spent = model%communicator%maximum(elapsed - self%began)
       done = real(model%step - self%window_step, wp)
       written = model%communicator%maximum(model%timers%seconds(phase_output) &
@@ -117,11 +121,15 @@ contains
       self%elapsed = model%communicator%maximum(elapsed)
       self%total = self%elapsed + seconds(1)
       bytes = model_bytes(model)
+      recovery = real(model%communicator%sum_count(recovery_bytes(model)), wp)
       associate (flight => prospect%flight)
          self%memory = model%communicator%sum_real(real(peak_memory(), wp)) &
                        + ((1.0_wp + spare_room)*flight%max_particles/flight%particles - 1.0_wp)*bytes(1) &
-                       + (flight%max_blocks/flight%blocks - 1.0_wp)*bytes(2)
+                       + (flight%max_blocks/flight%blocks - 1.0_wp)*(bytes(2) + recovery)
       end associate
+      ! a later snapshot is made beside the guard's copy, which does not exist yet at the first
+      if (prospect%snapshots > 0.0_wp) &
+         self%memory = self%memory + min(guard%kept_bytes(model), bytes(1) + recovery)
    end subroutine make
 
 end module m_expectation

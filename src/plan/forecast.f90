@@ -190,7 +190,7 @@ contains
                if (abs(gap) > reach) cycle
                do p = 1, level%blocks(b)%particles%count
                   associate (column => level%blocks(b)%particles%column, at => level%layout)
-                     edge = column(p, at%volume)**(1.0_wp/3.0_wp)
+                     edge = level%edge(column(p, :))
                      if (tool%min_gap(column(p, at%position:at%position + 2)) &
                          > max(edge, closest + edge)) cycle
                      call tool%gap_and_normal(column(p, at%position:at%position + 2), gap, normal)

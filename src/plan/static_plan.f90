@@ -16,7 +16,8 @@ module m_static_plan
    private
    public :: print_static_plan
 
-   integer, parameter :: timed = 2            !< steps
+   integer, parameter :: timed = 2, max_timed = 8 !< steps
+   real(wp), parameter :: enough = 1.0_wp     !< s: then no more than `timed`
    integer, parameter :: max_steps = 100000  !< limit of the count of implicit steps
    real(wp), parameter :: growth = 1.5_wp
    real(wp), parameter :: tangent_reals = 67.5_wp !< per particle: gradient, stress, its external force;
@@ -33,28 +34,17 @@ contains
       class(integrator_t), intent(inout) :: integrator
       type(figures_t), intent(inout) :: figures
       type(error_t), intent(inout) :: error
-      real(wp) :: bytes(2), began, seconds, first, particles, seconds_in_all
-      integer :: n, taken, to_come(2)
+      real(wp) :: bytes(2), spent, seconds, first, particles, seconds_in_all
+      integer :: taken, to_come(2)
       logical :: starts
       first = console%elapsed()
       bytes = model_bytes(model)
       particles = model%communicator%sum_real(real(model%particle_count(), wp))
-      seconds = 0.0_wp
-      do n = 1, timed
-         if (model%time >= scene%end_time) exit
-         began = wall_time()
-         call integrator%step(model, integrator%next_step(scene, model, 1.0_wp), error)
-         call move_regions(model, error)
-         call console%lines(integrator%messages())
-         if (error%happened()) then
-            error%message = 'no plan can be made, because the first steps of the scene fail: '//error%message
-            return
-         end if
-         seconds = model%communicator%maximum(wall_time() - began)
-      end do
-      taken = min(timed, int(model%step))
+      call time_steps(console, scene, model, integrator, taken, spent, seconds, error)
+      if (error%happened()) return
       starts = scene%quasi_static%holds_at(0.0_wp)
       call count_to_come(scene, model, integrator, to_come)
+      seconds_in_all = first + spent + merge(to_come(1), to_come(2), starts)*seconds
       to_come(1) = to_come(1) + merge(taken, 0, starts)
       to_come(2) = to_come(2) + merge(0, taken, starts)
       call console%line('')
@@ -62,9 +52,8 @@ contains
                         to_text(model%communicator%ranks)//' rank(s); '//integrator%summary())
       call console%line('steps      about '//to_text(to_come(1))//' implicit'//explicit_text(to_come(2))// &
                         '; more where one has no equilibrium or material creeps')
-      seconds_in_all = merge(to_come(1), to_come(2), starts)*seconds + first
       call console%line('time       about '//duration(seconds_in_all)//': '//to_text(seconds, 3)// &
-                        ' s a step as at the beginning, and the more the more points are pressed'// &
+                        ' s a step as in these, and the more the more points are pressed'// &
                         untimed(starts, to_come))
       call console%line('memory     '//si(sum(bytes) + 8.0_wp*tangent_reals*particles, 'B')// &
                         ' on all ranks together: particles '//si(bytes(1), 'B')//', node tiles '// &
@@ -84,6 +73,37 @@ contains
       call figures%number('memory_particles_B', bytes(1))
       call figures%number('memory_node_tiles_B', bytes(2))
    end subroutine print_static_plan
+
+   !> Collective: take the first steps. `spent`: seconds of all of them; `seconds`: of one of the later half,
+   !> as steps take longer while tools go in.
+   subroutine time_steps(console, scene, model, integrator, taken, spent, seconds, error)
+      type(console_t), intent(inout) :: console
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(inout) :: model
+      class(integrator_t), intent(inout) :: integrator
+      integer, intent(out) :: taken
+      real(wp), intent(out) :: spent, seconds
+      type(error_t), intent(inout) :: error
+      real(wp) :: began, took(max_timed)
+      integer :: n
+      taken = 0
+      do n = 1, max_timed
+         if (model%time >= scene%end_time) exit
+         began = wall_time()
+         call integrator%step(model, integrator%next_step(scene, model, 1.0_wp), error)
+         call move_regions(model, error)
+         call console%lines(integrator%messages())
+         if (error%happened()) then
+            error%message = 'no plan can be made, because the first steps of the scene fail: '//error%message
+            return
+         end if
+         took(n) = model%communicator%maximum(wall_time() - began)
+         taken = n
+         if (n >= timed .and. sum(took(:n)) > enough) exit
+      end do
+      spent = sum(took(:taken))
+      seconds = sum(took(taken/2 + 1:taken))/max(1, taken - taken/2)
+   end subroutine time_steps
 
    pure function explicit_text(steps) result(text)
       integer, intent(in) :: steps
