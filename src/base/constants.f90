@@ -15,7 +15,7 @@ module m_constants
 
    integer, parameter, public :: block_size = 8 !< nodes (and node-centred bins) of a block along each axis
 
-   !> Half sizes of deforming domains are reduced by this factor: a face on a node plane, as at a side of the
-   !> grid, must not reach the next node by round-off (theory.md, eq. fit).
+   !> Half sizes of boxes are reduced by this factor: a face on a node plane, as at a side of the grid, must
+   !> not reach the next node by round-off (theory.md, eq. fit).
    real(wp), parameter, public :: short_of = 1.0_wp - 1.0e-9_wp
 end module m_constants

@@ -50,7 +50,7 @@ contains
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
-      real(wp) :: place(chunk), half(chunk), node(chunk, 3)
+      real(wp) :: place(chunk), half(chunk), node(chunk, 3), per_half
       integer :: axis, from, to
       call list_chunk(stencil, cells, first, node)
       if (layout%section%is_flat()) then
@@ -60,6 +60,7 @@ contains
       from = stencil%member(1)
       to = from + stencil%count - 1
       if (.not. layout%half_sizes) call fetch(stencil, column(:, layout%half_size), half)
+      per_half = merge(1.0_wp, short_of, layout%half_sizes)*frame%per_cell
       do axis = 1, 3
          if (layout%half_sizes) then
             call fetch(stencil, column(:, layout%half_size + axis - 1), half)
@@ -67,11 +68,11 @@ contains
             half(:stencil%count) = min(short_of*half(:stencil%count), 0.5_wp*frame%cell)
          end if
          if (stencil%in_order) then
-            call set_axis(stencil, axis, column(from:to, layout%position + axis - 1), half, node(:, axis), &
-                          frame)
+            call set_axis(stencil, axis, column(from:to, layout%position + axis - 1), half, per_half, &
+                          node(:, axis), frame)
          else
             call fetch(stencil, column(:, layout%position + axis - 1), place)
-            call set_axis(stencil, axis, place(:stencil%count), half, node(:, axis), frame)
+            call set_axis(stencil, axis, place(:stencil%count), half, per_half, node(:, axis), frame)
          end if
       end do
    end subroutine set_stencil
@@ -106,22 +107,24 @@ contains
       n = stencil%count
       do axis = 1, 3, 2
          call fetch(stencil, column(:, layout%half_size + merge(axis - 1, 0, layout%half_sizes)), half)
-         if (layout%half_sizes) half(:n) = min(short_of*half(:n), 0.5_wp*frame%cell)
+         half(:n) = short_of*half(:n)
+         if (layout%half_sizes) half(:n) = min(half(:n), 0.5_wp*frame%cell)
          call fetch(stencil, column(:, layout%position + axis - 1), place)
          if (axis == 1 .and. layout%section%is_round()) half(:n) = min(half(:n), place(:n)) ! not beyond the
                                                                                             ! axis
-         call set_axis(stencil, axis, place(:n), half, node(:, axis), frame)
+         call set_axis(stencil, axis, place(:n), half, frame%per_cell, node(:, axis), frame)
          if (axis == 1 .and. layout%section%is_round()) &
             call add_ring_slopes(n, stencil%offset(:, 1), half, place, frame%per_cell, stencil%slope(:, :, 1))
       end do
    end subroutine set_section_axes
 
    !> Weights, gradients and offsets along one axis.
-   pure subroutine set_axis(stencil, axis, place, half, node, frame)
+   pure subroutine set_axis(stencil, axis, place, half, per_half, node, frame)
       type(stencil_t), intent(inout) :: stencil
       integer, intent(in) :: axis
       real(wp), intent(in), contiguous :: place(:) !< of the chunk's particles along the axis, m
       real(wp), intent(in) :: half(chunk)          !< their half sizes, m
+      real(wp), intent(in) :: per_half             !< 1/cell, or a hair less to shorten them, 1/m
       real(wp), intent(in) :: node(chunk) !< position of the nodes of their bins, in cells
       type(frame_t), intent(in) :: frame
       real(wp) :: offset
@@ -129,7 +132,7 @@ contains
       !$omp simd private(offset)
       do p = 1, stencil%count
          offset = (place(p) - frame%origin(axis))*frame%per_cell - node(p)
-         call gimp_weights(offset, half(p)*frame%per_cell, stencil%weight(p, -1, axis), &
+         call gimp_weights(offset, half(p)*per_half, stencil%weight(p, -1, axis), &
                            stencil%weight(p, 0, axis), &
                            stencil%weight(p, 1, axis), stencil%slope(p, -1, axis), stencil%slope(p, 1, axis))
          stencil%slope(p, -1, axis) = stencil%slope(p, -1, axis)*frame%per_cell

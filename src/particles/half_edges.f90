@@ -86,6 +86,8 @@ contains
          r = r*min(1.0_wp, 0.5_wp*cell/maxval(sum(abs(r), dim=2)))
       else if (layout%half_sizes) then
          r = min(short_of*r, 0.5_wp*cell)
+      else
+         r = short_of*r
       end if
    end function fitted_edges
 

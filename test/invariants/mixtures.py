@@ -405,17 +405,6 @@ class Mixture:
         self.bodies.append(self.add("body", **body, particles_per_cell=self.per_cell))
         self.add_tool([1.0, 1.0, high], False, chance.uniform(0.3, 0.8), self.end, shape="flat")
 
-    def begins_on_planes(self):
-        """Whether a free face of a body begins on a plane of nodes."""
-        for body in self.bodies:
-            if "lower" in body:
-                faces = np.concatenate([body["lower"].values, body["upper"].values]) / CELL
-                on = np.abs(faces - np.round(faces)) < 1e-6
-                on[2] = on[2] and self.free  # the foot
-                if on.any():
-                    return True
-        return False
-
     # as it is seen
 
     def seen(self, m):

@@ -30,7 +30,7 @@ ROOT = Path(__file__).resolve().parents[2]
 from hard_case import surroundings
 from random_scenes import faults_on_disk
 from gimp3d.run_data import History, Unreadable
-from mixtures import HOLLOW, MIRROR, QUARTER_TURN, Mixture
+from mixtures import MIRROR, QUARTER_TURN, Mixture
 from scenes import CELL, EDGE, Scene
 
 LIMIT = 60 * (5 if os.environ.get("BUILD") == "debug" else 1) * float(os.environ.get("SLOWER", 1))  # s
@@ -57,21 +57,14 @@ ROD = 0.02  # end of a rod, of its way; and 0.0005 of its length
 SAME = 1e-6  # between twins, without contact
 SAME_CONTACT = 1e-3  # with contact, which is solved to a tolerance
 SAME_GROUPS = 1e-8  # between bodies
-# cubes whose free faces begin on planes of nodes, and leave them by a rounding after the first step: a node
-# with a hair of mass makes any strain there (SAME_ON_NODES, where the first step already moves the faces)
-SAME_ON_PLANES = 1e-3
+SAME_RUBBING = 1e-4  # between bodies, with friction or bonds
 # metal under more than its hardening modulus: equilibrium is not unique, and round-off chooses a branch
 SAME_BRANCH = 0.1
-SAME_RUBBING = 1e-4  # the same with friction or bonds
 SAME_BITS = 1e-12  # of a run that was stopped and went on: the last digits of histories
 SAME_IMPLICIT = 1e-5  # implicit steps, to the tolerance of Newton's method
 # whole and quarter with domain='corners' and a tool at the planes: there the faces are narrowed in the
+# quarter and not in the whole (theory.md, eq. face-mean), and the two are not the same sum
 SAME_FACES = 0.02
-# quarter and not in the whole (theory.md, eq. face-mean), and the two are not the same
-# sum
-# of cubes whose free faces begin on planes of nodes: by a rounding the node beyond has a hair of mass
-SAME_ON_NODES = 1e-5
-# or none, in the one step in which the face leaves the plane
 RATE_FORM = 0.4  # of the strain of a rod: 'elastic' has the energy of small strain (theory.md, Energy)
 
 # For the test of this test: what is done to a history before it is looked at
@@ -223,21 +216,15 @@ def same(scene, kind):
     if isinstance(scene, Mixture):
         if kind == "restarted":
             return SAME_IMPLICIT if scene.implicit else SAME_BITS
-        cubes = scene.domain == "fixed" and scene.per_cell > 1
-        if scene.family == "groups" and cubes and scene.begins_on_planes() and scene.seed != HOLLOW:
-            return SAME_ON_PLANES
         if scene.branches:
             return SAME_BRANCH
         if scene.family == "groups":
             return SAME_RUBBING if scene.rubs else SAME_GROUPS
-        if scene.domain == "fixed" and not scene.implicit:
-            return SAME_ON_NODES
         if scene.implicit and scene.rubs:
             return SAME_RUBBING
         return SAME_IMPLICIT if scene.implicit else SAME
     if not scene.tools:
-        on_nodes = scene.domain == "fixed" and scene.family == "block" and scene.quarter
-        return SAME_ON_NODES if kind == "mirrored" and on_nodes else SAME
+        return SAME
     return SAME_FACES if kind == "whole" and scene.domain == "corners" else SAME_CONTACT
 
 

@@ -2,7 +2,7 @@
 !> be conserved.
 program transfer
    use m_kinds, only: wp, i4
-   use m_constants, only: block_size
+   use m_constants, only: short_of, block_size
    use m_communicator, only: communicator_t
    use m_field_table, only: field_table_t, layout_t
    use m_cell_list, only: cell_list_t
@@ -175,7 +175,7 @@ contains
                do i = 0, last
                   if (any(abs(of(p, layout%position, 3) - node_place(i, j, k)) > 1.5_wp*frame%cell)) cycle
                   call plain_weights(of(p, layout%position, 3), node_place(i, j, k), &
-                                     column(p, layout%half_size), frame%cell, weight, slope)
+                                     short_of*column(p, layout%half_size), frame%cell, weight, slope)
                   velocity = of(p, layout%velocity, 3)
                   if (affine) velocity = velocity + matmul(reshape(of(p, layout%gradient, 9), [3, 3]), &
                                                            node_place(i, j, k) - of(p, layout%position, 3))
@@ -258,7 +258,7 @@ contains
             do i = 0, last
                if (any(abs(of(p, layout%position, 3) - node_place(i, j, k)) > 1.5_wp*frame%cell)) cycle
                call plain_weights(of(p, layout%position, 3), node_place(i, j, k), &
-                                  column(p, layout%half_size), frame%cell, weight, slope)
+                                  short_of*column(p, layout%half_size), frame%cell, weight, slope)
                velocity = velocity + weight*tile(2:4, i, j, k)
                acceleration = acceleration + weight*tile(5:7, i, j, k)
                do a = 1, 3

@@ -147,7 +147,7 @@ contains
                      misplaced = misplaced + 1
                   do axis = 1, 3
                      node = frame%origin(axis) + place(axis)*frame%cell
-                     half = column(p, 4)*frame%per_cell
+                     half = (1.0_wp - 1.0e-9_wp)*column(p, 4)*frame%per_cell
                      if (layout%half_sizes) &
                         half = min(0.5_wp, (1.0_wp - 1.0e-9_wp)*column(p, 3 + axis)*frame%per_cell)
                      call keep_worst(off(3), stencil%offset(m, axis) &
