@@ -11,7 +11,8 @@ submodule (m_model) m_model_filling
    use m_field_table, only: bytes_per_column
    use m_body, only: first_id, fill_block, count_in_block, expected_count
    use m_placement, only: work_of, choose_owners
-   use m_decomposition, only: set_owners
+   use m_decomposition, only: set_owners, bytes_of_blocks
+   use m_large_pages, only: hold_large_pages
    use m_block, only: block_t
    use m_locate, only: bin_of
    use m_migration, only: frame_of
@@ -44,6 +45,7 @@ contains
             self%steps_of_levels()), owner, error)
       if (error%happened()) return
       call set_owners(self%levels, owner)
+      call hold_large_pages(bytes_of_blocks(self%levels, counts, owner, self%communicator%rank))
       call self%connect()
       do l = 1, size(self%levels)
          call fill(self, scene, l)

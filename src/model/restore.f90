@@ -7,7 +7,8 @@ module m_restore
    use m_errors, only: error_t, fail
    use m_cell_list, only: bins
    use m_placement, only: work_of, choose_owners
-   use m_decomposition, only: set_owners, all_owners, blocks_before
+   use m_decomposition, only: set_owners, all_owners, bytes_of_blocks, blocks_before
+   use m_large_pages, only: hold_large_pages
    use m_model, only: model_t
    use m_state, only: block_reals, block_state, set_block_state, set_regions
    implicit none
@@ -104,6 +105,7 @@ contains
          if (error%happened()) return
       end if
       call set_owners(model%levels, owner)
+      call hold_large_pages(bytes_of_blocks(model%levels, counts, owner, model%communicator%rank))
       call model%connect()
       do n = 1, size(blocks%table, 2)
          l = int(blocks%table(1, n))

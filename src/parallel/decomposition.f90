@@ -1,12 +1,14 @@
 !> The blocks of a rank: own blocks, ghosts of neighbouring blocks of other ranks, and their numbering.
 module m_decomposition
-   use m_kinds, only: wp
+   use m_kinds, only: wp, i8
    use m_node_values, only: tile_last
-   use m_level, only: level_t, fit_pool
+   use m_field_table, only: bytes_per_column
+   use m_particle_store, only: bytes_besides
+   use m_level, only: level_t, fit_pool, tile_bytes
    use m_block, only: block_t, directions
    implicit none
    private
-   public :: set_owners, all_owners, settle_blocks, blocks_before
+   public :: set_owners, all_owners, bytes_of_blocks, settle_blocks, blocks_before
 
 contains
 
@@ -31,6 +33,16 @@ contains
          levels(l)%owner = owner(blocks_before(levels, l) + 1:blocks_before(levels, l + 1))
       end do
    end subroutine set_owners
+
+   !> Memory of the particles and tiles of a rank's blocks, bytes.
+   pure integer(i8) function bytes_of_blocks(levels, counts, owner, rank) result(bytes)
+      type(level_t), intent(in) :: levels(:)
+      integer, intent(in) :: counts(:), owner(:) !< particles and owners of blocks, by their numbers
+      integer, intent(in) :: rank
+      bytes = count(owner == rank)*tile_bytes &
+              + sum(int(max(counts, 0), i8), mask=owner == rank) &
+              *(bytes_per_column*levels(1)%table%columns + bytes_besides)
+   end function bytes_of_blocks
 
    !> The owners of the blocks of all levels.
    pure function all_owners(levels) result(owner)
