@@ -10,8 +10,7 @@ module m_stress_recovery
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
    use m_stencil, only: stencil_t, frame_t, batch, chunk, set_stencil, set_places
-   use m_corner_stencil, only: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights, &
-                               corner_slopes
+   use m_corner_stencil, only: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights
    implicit none
    private
    public :: give_stress, take_stress, make_means, mix_means
@@ -29,7 +28,10 @@ module m_stress_recovery
       integer :: place(3, chunk) = 0     !< lowest of the 27 nodes in the tile
       real(wp) :: offset(3, chunk) = 0.0_wp !< of the particle from the nearest node, cells
       real(wp) :: share(27, chunk) = 0.0_wp !< x fastest
-      real(wp) :: slope(3, 27, chunk) = 0.0_wp !< 1/m
+      real(wp) :: slope(3, 27, chunk) = 0.0_wp !< derivatives of the weights: along the axes, 1/m; of
+                                               !< parallelepipeds the differences along the half edges
+      logical :: turns = .false.               !< the second: `turn` converts them to derivatives along axes
+      real(wp) :: turn(3, 3, chunk) = 0.0_wp   !< 1/m, by half edge and axis
    end type shares_t
 
 contains
@@ -54,7 +56,7 @@ contains
       from = 0.0_wp
       given = 0.0_wp
       do first = 1, cells%count, chunk
-         call set_shares(shares, cells, first, column, layout, frame)
+         call set_shares(shares, cells, first, column, layout, frame, .false.)
          do m = 1, shares%count
             p = shares%member(m)
             volume = column(p, layout%volume)
@@ -183,13 +185,15 @@ contains
       real(wp), dimension(node_values, 0:3) :: mean, from
       integer :: first, m
       do first = 1, cells%count, chunk
-         call set_shares(shares, cells, first, column, layout, frame)
+         call set_shares(shares, cells, first, column, layout, frame, .true.)
          do m = 1, shares%count
             associate (share => shares%share(:, m), slope => shares%slope(:, :, m), &
                        place => shares%place(:, m))
                call take_from_nodes(share, slope, place, stresses, mean)
                call take_from_nodes(share, slope, place, places, from)
             end associate
+            if (shares%turns) call turn_slopes(shares%turn(:, :, m), mean)
+            if (shares%turns) call turn_slopes(shares%turn(:, :, m), from)
             from(2, 1) = from(2, 1) + 1.0_wp
             from(3, 2) = from(3, 2) + 1.0_wp
             from(4, 3) = from(4, 3) + 1.0_wp
@@ -199,8 +203,25 @@ contains
       end do
    end subroutine take_stress
 
-   !> Sum the values of the 27 nodes at one particle, one lane a value, with the weights and their gradients
-   !> along the axes (1/m).
+   !> Convert differences along the half edges of a particle's domain to derivatives along the axes.
+   pure subroutine turn_slopes(turn, taken)
+      real(wp), intent(in) :: turn(3, 3)
+      real(wp), intent(inout) :: taken(node_values, 0:3)
+      real(wp) :: x, y, z
+      integer :: q
+      !$omp simd private(x, y, z)
+      do q = 1, node_values
+         x = taken(q, 1)
+         y = taken(q, 2)
+         z = taken(q, 3)
+         taken(q, 1) = turn(1, 1)*x + turn(2, 1)*y + turn(3, 1)*z
+         taken(q, 2) = turn(1, 2)*x + turn(2, 2)*y + turn(3, 2)*z
+         taken(q, 3) = turn(1, 3)*x + turn(2, 3)*y + turn(3, 3)*z
+      end do
+   end subroutine turn_slopes
+
+   !> Sum the values of the 27 nodes at one particle, one lane a value, with the weights and their
+   !> derivatives.
    pure subroutine take_from_nodes(share, slope, place, tile, taken)
       real(wp), intent(in) :: share(27), slope(3, 27)
       integer, intent(in) :: place(3) !< lowest of the nodes
@@ -276,8 +297,59 @@ contains
       x = x/dot_product(normal(:, 1), cross(normal(:, 2), normal(:, 3)))
    end function least_squares
 
-   !> Weights of the particles from position `first` of the list on.
-   subroutine set_shares(shares, cells, first, column, layout, frame)
+   !> Weights of the particles from position `first` of the list on, and their derivatives where wanted.
+   subroutine set_shares(shares, cells, first, column, layout, frame, slopes)
+      type(shares_t), intent(inout) :: shares
+      type(cell_list_t), intent(in) :: cells
+      integer, intent(in) :: first
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      type(frame_t), intent(in) :: frame
+      logical, intent(in) :: slopes
+      shares%turns = layout%domain > 0
+      if (shares%turns) then
+         call set_corner_shares(shares, cells, first, column, layout, frame, slopes)
+      else
+         call set_box_shares(shares, cells, first, column, layout, frame)
+      end if
+   end subroutine set_shares
+
+   !> The same for parallelepipeds.
+   subroutine set_corner_shares(shares, cells, first, column, layout, frame, slopes)
+      type(shares_t), intent(inout) :: shares
+      type(cell_list_t), intent(in) :: cells
+      integer, intent(in) :: first
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      type(frame_t), intent(in) :: frame
+      logical, intent(in) :: slopes
+      integer :: axis, k, m, n, p
+      call set_corners(shares%corners, cells, first, column, layout, frame)
+      shares%count = shares%corners%list%count
+      shares%member = shares%corners%list%member
+      call set_places(shares%corners%list, shares%place)
+      do m = 1, shares%count
+         p = 1 + mod(m - 1, batch)
+         if (p == 1) call set_corner_weights(shares%weights, shares%corners, m)
+         shares%offset(:, m) = shares%corners%list%offset(m, :)
+         shares%share(:, m) = shares%weights%weight(p, :)
+         if (.not. slopes) cycle
+         do n = 1, 27
+            do k = 1, 3
+               shares%slope(k, n, m) = shares%weights%along(p, n, k)
+            end do
+         end do
+         do axis = 1, 3
+            do k = 1, 3
+               shares%turn(k, axis, m) = frame%per_cell*shares%corners%inverse(m, 3*(k - 1) + axis)
+            end do
+         end do
+      end do
+      if (layout%section%is_flat()) shares%turn(:, 2, :) = 0.0_wp ! no gradient across it
+   end subroutine set_corner_shares
+
+   !> The same for boxes along the axes.
+   subroutine set_box_shares(shares, cells, first, column, layout, frame)
       type(shares_t), intent(inout) :: shares
       type(cell_list_t), intent(in) :: cells
       integer, intent(in) :: first
@@ -285,22 +357,6 @@ contains
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
       integer :: a, b, c, m, n, r
-      if (layout%domain > 0) then
-         call set_corners(shares%corners, cells, first, column, layout, frame)
-         shares%count = shares%corners%list%count
-         shares%member = shares%corners%list%member
-         call set_places(shares%corners%list, shares%place)
-         do m = 1, shares%count
-            n = 1 + mod(m - 1, batch)
-            if (n == 1) call set_corner_weights(shares%weights, shares%corners, m)
-            shares%offset(:, m) = shares%corners%list%offset(m, :)
-            shares%share(:, m) = shares%weights%weight(n, :)
-            shares%slope(:, :, m) = transpose(corner_slopes(shares%weights, shares%corners, m, &
-                                                             frame%per_cell))
-         end do
-         if (layout%section%is_flat()) shares%slope(2, :, :shares%count) = 0.0_wp ! no gradient across it
-         return
-      end if
       call set_stencil(shares%stencil, cells, first, column, layout, frame)
       associate (w => shares%stencil%weight, s => shares%stencil%slope, stencil => shares%stencil)
          shares%count = stencil%count
@@ -324,6 +380,6 @@ contains
          end do
       end associate
       if (layout%section%is_flat()) shares%slope(2, :, :shares%count) = 0.0_wp
-   end subroutine set_shares
+   end subroutine set_box_shares
 
 end module m_stress_recovery
