@@ -274,7 +274,8 @@ contains
       associate (rates => found%rates)
          ! as much contact as there will be: divide it by the points
          if (found%prospect%max_touches <= more*points_before) then
-            if (points_before > 0.0_wp) then
+            ! points between bodies are counted already and not foreseen: with them a step costs the same on
+            if (points_before > 0.0_wp .and. .not. model%contact%pairs%active()) then
                rates%contact_point = rates%contact/points_before
                rates%contact = 0.0_wp
             end if
