@@ -6,7 +6,7 @@ module m_rim_cut
    use m_half_edges, only: fitted_edges
    use m_level, only: level_t
    use m_scene_materials, only: materials_t
-   use m_face_gap, only: find_gap, find_thickness, deform
+   use m_face_gap, only: find_gap, find_thickness, deform, thickest
    use m_contact_point, only: candidate_t
    implicit none
    private
@@ -54,16 +54,17 @@ contains
       real(wp) :: axis(3), across(3), before, centre(3), place(2), r(3, 3), squares(2), sums(2)
       integer :: edges(2), i, j, k, many(2), n
       centre = level%blocks(b)%particles%column(p, level%layout%position:level%layout%position + 2)
+      axis = tool%spec%shape%axis
+      if (tool%pivot > 0) axis = matmul(tool%rotation, axis)
+      before = dot_product(centre - tool%tip, axis)
+      across = centre - tool%tip - before*axis
+      if (abs(norm2(across) - tool%spec%shape%end_radius()) > thickest(level)) return
       if (deform(level)) then
          r = fitted_edges(level%blocks(b)%particles%column(p, :), level%layout, level%grid%cell)
       else
          r = level%blocks(b)%particles%column(p, level%layout%half_size) &
              *reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
       end if
-      axis = tool%spec%shape%axis
-      if (tool%pivot > 0) axis = matmul(tool%rotation, axis)
-      before = dot_product(centre - tool%tip, axis)
-      across = centre - tool%tip - before*axis
       k = maxloc(abs(matmul(axis, r)), dim=1)
       if (before < 0.0_wp .or. before > first_layer*norm2(r(:, k))) return
       edges = [mod(k, 3) + 1, mod(k + 1, 3) + 1]

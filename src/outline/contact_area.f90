@@ -122,18 +122,21 @@ contains
       type(candidates_t), intent(in) :: candidates
       integer, intent(in) :: number
       real(wp), intent(in) :: across(3, 2)
-      type(surface_point_t), allocatable :: points(:), found(:)
+      type(surface_point_t), allocatable :: points(:), found(:), more(:)
       real(wp) :: gap, edge, normal(3), thickness, place(3), modulus, lies
       integer, allocatable :: near(:)
       integer :: b, count, n
-      allocate (points(0))
+      allocate (found(0))
+      count = 0
       associate (reach => farthest*level%grid%cell, x => level%layout%position)
          do b = 1, size(level%blocks)
             associate (block => level%blocks(b), column => level%blocks(b)%particles%column)
                call list_near(tool, level, b, reach, near)
-               if (allocated(found)) deallocate (found)
-               allocate (found(size(near)))
-               count = 0
+               if (size(found) < count + size(near)) then
+                  allocate (more(2*(count + size(near))))
+                  more(:count) = found(:count)
+                  call move_alloc(more, found)
+               end if
                do n = 1, size(near)
                   call find_gap(tool, level, materials, b, near(n), reach, gap, normal, edge, thickness)
                   if (gap > reach) cycle
@@ -166,10 +169,10 @@ contains
                   end associate
                   call look_beside(tool, column(near(n), x:x + 2), 2.0_wp*reach, across, found(count))
                end do
-               points = [points, found(:count)]
             end associate
          end do
       end associate
+      points = found(:count)
    end function points_near
 
    !> Whether a particle is beside the tool, so that none of the tool is above it. It counts by `beside` alone
@@ -248,23 +251,31 @@ contains
       type(mirror_t), intent(in) :: mirrors(:)
       real(wp), intent(in) :: reach !< m
       type(surface_point_t), allocatable :: points(:), images(:)
-      real(wp), allocatable :: beyond(:)
-      integer :: m, n, p
-      points = given
+      integer :: m
+      images = given(:0)
       do m = 1, size(mirrors)
-         associate (normal => mirrors(m)%normal)
-            beyond = normal(1)*points%place(1) + normal(2)*points%place(2) - mirrors(m)%from
-            images = points(pack([(p, p=1, size(points))], beyond <= reach))
-            beyond = pack(beyond, beyond <= reach)
-            do n = 1, size(images)
-               images(n)%place = images(n)%place - 2.0_wp*beyond(n)*normal
-               images(n)%outwards = mirrored(images(n)%outwards, mirrors(m))
-               images(n)%slope = mirrored(images(n)%slope, mirrors(m))
-            end do
-         end associate
-         points = [points, images]
+         images = [images, images_in(mirrors(m), given, reach), images_in(mirrors(m), images, reach)]
       end do
+      points = [given, images]
    end function with_images
+
+   !> The images in one mirror.
+   pure function images_in(mirror, points, reach) result(images)
+      type(mirror_t), intent(in) :: mirror
+      type(surface_point_t), intent(in) :: points(:)
+      real(wp), intent(in) :: reach !< m
+      type(surface_point_t), allocatable :: images(:)
+      real(wp) :: beyond(size(points))
+      integer :: n, p
+      beyond = mirror%normal(1)*points%place(1) + mirror%normal(2)*points%place(2) - mirror%from
+      images = points(pack([(p, p=1, size(points))], beyond <= reach))
+      beyond(:size(images)) = pack(beyond, beyond <= reach)
+      do n = 1, size(images)
+         images(n)%place = images(n)%place - 2.0_wp*beyond(n)*mirror%normal
+         images(n)%outwards = mirrored(images(n)%outwards, mirror)
+         images(n)%slope = mirrored(images(n)%slope, mirror)
+      end do
+   end function images_in
 
    !> The image of a vector.
    pure function mirrored(vector, mirror) result(image)

@@ -16,6 +16,7 @@ module m_contact_cover
 
    real(wp), parameter, public :: beside = 0.75_wp !< edges, in the projection
    integer, parameter :: on_line = 64       !< steps per edge for the area of a section
+   real(wp), parameter :: crosses = 0.01_wp !< cosine: rows below it hardly cross a mirror
 
 contains
 
@@ -39,17 +40,28 @@ contains
       end do
    end function share_inside
 
-   !> The squares of a row along the first direction that are not all mirror images: first and last, from 0.
+   !> The squares of a row along the first direction beyond which all are mirror images: first and last, from
+   !> 0.
    pure subroutine find_inside(mirrors, start, width, squares, first, last)
       type(mirror_t), intent(in) :: mirrors(:)
       real(wp), intent(in) :: start(2), width !< middle of the row's left edge; width of a square, m
       integer, intent(in) :: squares          !< in the row
       integer, intent(out) :: first, last
-      do first = 0, squares - 1
-         if (share_inside(mirrors, start + [width*(first + 0.5_wp), 0.0_wp], width) > 0.0_wp) exit
-      end do
-      do last = squares - 1, first, -1
-         if (share_inside(mirrors, start + [width*(last + 0.5_wp), 0.0_wp], width) > 0.0_wp) exit
+      real(wp) :: into !< of the row's left end into a mirror's inside, where half a square still counts, m
+      integer :: m
+      first = 0
+      last = squares - 1
+      do m = 1, size(mirrors)
+         associate (along => mirrors(m)%normal(1))
+            into = dot_product(mirrors(m)%normal, start) - mirrors(m)%from + width
+            if (along > crosses) then
+               first = max(first, floor(-into/(along*width)))
+            else if (along < -crosses) then
+               last = min(last, ceiling(-into/(along*width)))
+            else if (into + crosses*width*squares < 0.0_wp) then
+               last = -1
+            end if
+         end associate
       end do
    end subroutine find_inside
 
