@@ -5,7 +5,7 @@
 program exchange
    use mpi_f08
    use m_kinds, only: wp, i8
-   use m_constants, only: block_size
+   use m_constants, only: block_size, short_of
    use m_errors, only: error_t
    use m_node_values, only: node_values, tile_last
    use m_communicator, only: communicator_t
@@ -240,7 +240,7 @@ contains
                            at = near + [i, j, k]
                            if (any(at < -1) .or. any(at > block_size*grid%blocks)) cycle
                            node = grid%lower + grid%cell*at
-                           call plain_weights(x, node, c(of%half_size), grid%cell, weight, slope)
+                           call plain_weights(x, node, short_of*c(of%half_size), grid%cell, weight, slope)
                            v = c(of%velocity:of%velocity + 2) &
                                + matmul(reshape(c(of%gradient:of%gradient + 8), [3, 3]), node - x)
                            associate (to => plain(:, at(1), at(2), at(3)))
