@@ -14,6 +14,12 @@ def read(name):
     return np.loadtxt(f"watched/{name}", comments=["TITLE", "VARIABLES", "ZONE", "AUXDATA"], ndmin=2)
 
 
+def columns_named(name):
+    """How many columns the head of a history names."""
+    head = Path("watched", name).read_text().split("ZONE")[0]
+    return head[head.index("VARIABLES") :].count('"') // 2
+
+
 def draw(what):
     for picture in PICTURES:
         Path("watched", picture).unlink(missing_ok=True)
@@ -36,8 +42,8 @@ for ranks in (1, 2):
     rows, faults = 0, set()
     wait_for(lambda: len(read("tool_ball.dat")) > 5, process)
     for _ in range(100):
-        for name, columns in (("tool_ball.dat", 23), ("energy.dat", 15), ("probe_p.dat", 19)):
-            table = read(name)
+        for name in ("tool_ball.dat", "energy.dat", "probe_p.dat"):
+            table, columns = read(name), columns_named(name)
             faults |= {f"{name}: {table.shape[1]} columns"} if table.shape[1] != columns else set()
             faults |= set() if np.all(np.diff(table[:, 0]) > 0) else {f"{name}: times"}
             last = Path("watched", name).read_bytes()[-40:]
