@@ -1,9 +1,10 @@
 """Creep and relaxation in quasi-static steps (theory.md, eqs creep-step and creep-exponent). usage: creep.py
-(in an empty directory; GIMP3D is the program)"""
+[sphere] (in an empty directory; GIMP3D is the program). With `sphere` the scene that ships alone."""
 
 import os
 import re
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -125,8 +126,10 @@ def sphere():
 
 
 if __name__ == "__main__":
-    maxwell()
-    norton()
-    fast()
-    sphere()
+    if sys.argv[1:] == ["sphere"]:
+        sphere()
+    else:
+        maxwell()
+        norton()
+        fast()
     finish()
