@@ -1132,7 +1132,8 @@ def main():
     parser.add_argument('--coarrays', type=pathlib.Path)
     args = parser.parse_args()
     args.work.mkdir(parents=True, exist_ok=True)
-    bench = Bench(args.work, args.gimp3d, args.tools, args.repeats)
+    program = pathlib.Path(args.gimp3d).resolve()  # runs have directories of their own
+    bench = Bench(args.work.resolve(), str(program), args.tools.resolve(), args.repeats)
     bench.before = args.before and args.before.resolve()
     bench.coarrays = args.coarrays and args.coarrays.resolve() / 'halo'
     begun = time.time()

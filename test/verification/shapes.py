@@ -239,7 +239,8 @@ def first_stress():
         (2,),
     )
     require(
-        "a stress beyond the yield stress is refused", "cannot bear stress=50000,0,0,0,0,0 Pa at rest" in said
+        "a stress beyond the yield stress is refused",
+        "does not admit the initial stress=50000,0,0,0,0,0 Pa" in said,
     )
 
 
