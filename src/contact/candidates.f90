@@ -365,8 +365,8 @@ contains
       compliance = 0.0_wp
       if (.not. self%subcell > 0.0_wp) return
       associate (body => level%blocks(b)%particles%body(p))
-         compliance = self%subcell*subcell_compliance( &
-                      level%grid%cell, self%modulus(materials%of_body(body)), &
+         compliance = self%subcell*subcell_compliance(level%grid%cell, self%modulus(materials%of_body(body)) &
+                      *materials%unrelaxed_share(level%blocks(b)%particles, level%layout, p), &
                       max(width, self%widest(body)*level%grid%cell))
       end associate
    end function compliance_of

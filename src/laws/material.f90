@@ -36,6 +36,8 @@ module m_material
       procedure :: stress_tangent
       procedure :: requests_cutback
       procedure :: is_time_dependent
+      procedure :: unrelaxed_share
+      procedure :: long_term_share
       procedure :: static_parts
       procedure :: failure
       procedure(modulus_interface), deferred :: p_wave_modulus
@@ -223,6 +225,22 @@ contains
       class(material_t), intent(in) :: self
       is_time_dependent = .false.
    end function is_time_dependent
+
+   !> The stress of particle p over the one that its strains would give at once: its present stiffness over
+   !> that of the moduli, above 0 and at most 1; 1 for a law that does not relax.
+   pure real(wp) function unrelaxed_share(self, column, layout, p)
+      class(material_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: p
+      unrelaxed_share = 1.0_wp
+   end function unrelaxed_share
+
+   !> What unrelaxed_share is never below.
+   pure real(wp) function long_term_share(self)
+      class(material_t), intent(in) :: self
+      long_term_share = 1.0_wp
+   end function long_term_share
 
    !> The reason for a NaN stress set by the law, as the end of a message; empty: the law never does this.
    pure function fault_text(self) result(text)

@@ -16,6 +16,7 @@ module m_maxwell
    integer, parameter :: lanes = 128, max_branches = 16
    real(wp), parameter :: short = 0.1_wp !< of a relaxation time: the work of shorter steps is computed by
                                          !< Simpson's rule
+   real(wp), parameter :: least_spring = 1.0e-3_wp !< share of a modulus that tells the strain of the spring
 
    !> `young` and `poisson` are the instantaneous moduli. A branch has the share shear_ratios of the shear
    !> modulus and bulk_ratios of the bulk modulus; the remainder is the long-term modulus.
@@ -37,6 +38,8 @@ module m_maxwell
       procedure :: plastic_energy
       procedure :: stretch
       procedure :: is_time_dependent
+      procedure :: unrelaxed_share
+      procedure :: long_term_share
       procedure, private :: moduli
       procedure, private :: advance
    end type maxwell_t
@@ -102,6 +105,36 @@ contains
       class(maxwell_t), intent(in) :: self
       is_time_dependent = .true.
    end function is_time_dependent
+
+   !> The stress at once follows from that of the single spring, whose strains are all elastic. Without a
+   !> spring in shear or in bulk it is not known: 1.
+   pure real(wp) function unrelaxed_share(self, column, layout, p) result(share)
+      class(maxwell_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: p
+      real(wp) :: mean, at_once(6)
+      share = 1.0_wp
+      if (.not. self%long_term_share() < 1.0_wp) return
+      at_once = column(p, self%spring:self%spring + 5)
+      mean = sum(at_once(:3))/3.0_wp
+      at_once(:3) = (at_once(:3) - mean)/(1.0_wp - sum(self%shear_ratios)) &
+                    + mean/(1.0_wp - sum(self%bulk_ratios))
+      at_once(4:) = at_once(4:)/(1.0_wp - sum(self%shear_ratios))
+      if (.not. any(abs(at_once) > 0.0_wp)) return
+      associate (stress => column(p, layout%stress:layout%stress + 5))
+         share = dot_product(stress(:3), at_once(:3)) + 2.0_wp*dot_product(stress(4:), at_once(4:))
+      end associate
+      share = share/(sum(at_once(:3)**2) + 2.0_wp*sum(at_once(4:)**2))
+      share = max(self%long_term_share(), min(1.0_wp, share))
+   end function unrelaxed_share
+
+   !> That of the single spring, where it has one in shear and in bulk.
+   pure real(wp) function long_term_share(self) result(share)
+      class(maxwell_t), intent(in) :: self
+      share = 1.0_wp - max(sum(self%shear_ratios), sum(self%bulk_ratios))
+      if (share < least_spring) share = 1.0_wp
+   end function long_term_share
 
    !> All branches have relaxed: the single spring bears the stress.
    pure subroutine begin_stressed(self, stress, column, layout, first, last)

@@ -51,6 +51,15 @@ FLIGHTS = {
     "slope": ({"tool": SLOPE}, 0.02),
     "quarter_speed": ({"speed": 5.0, "time": 1.5e-4, "domain": "corners", "locking": False}, 0.02),
     "elastic": ({"law": METAL.replace("j2", "elastic").split(", yield")[0], "locking": False}, 0.02),
+    "viscoelastic": (
+        {
+            "law": METAL.replace("j2", "maxwell").split(", yield")[0]
+            + ", relaxation_times=2e-5, shear_ratios=0.8, bulk_ratios=0.6",
+            "locking": False,
+        },
+        0.02,
+        4e-3,  # what the relaxation below the cells takes is booked apart; a step late
+    ),
     "plain": ({"more": ", transfer='plain'"}, 0.02),
     "corners": ({"domain": "corners"}, 0.02),
     "boxes": ({"domain": "stretch"}, 0.02),
@@ -74,13 +83,13 @@ def run(name, text):
     return done.stdout
 
 
-def work_of_condition(name, share):
+def work_of_condition(name, share, lost=2e-3):
     """The work that the condition of contact does, over the largest energy; how far faces stand off their
     particles."""
     cost = History(Path(name) / "cost.dat").notes
     work = float(cost["constraint_work_J"]) / float(cost["largest_energy_J"])
     check(f"{name}: work of the condition over the largest energy, from nothing", max(0.0, work), 1e-3)
-    check(f"{name}: the same, lost", max(0.0, -work), 2e-3)
+    check(f"{name}: the same, lost", max(0.0, -work), lost)
     check(f"{name}: faces off their particles, cells", float(cost["largest_drift_cells"]), share)
 
 
@@ -90,14 +99,14 @@ def rises(energy):
 
 
 def fly(name):
-    different, share = FLIGHTS[name]
+    different, share, *lost = FLIGHTS[name]
     log = run(name, flight(name, **different))
     rows = History(Path(name) / "energy.dat")
     energy = rows["kinetic"] + rows["strain"] + rows["plastic"]
     load = History(Path(name) / "tool_die.dat")["load_x"]
     require(f"{name}: the tool is met", load.max() > 0)
     check(f"{name}: energy above its start, relative", max(0.0, rises(energy)), 2e-3)
-    work_of_condition(name, share)
+    work_of_condition(name, share, *lost)
 
 
 def die(name, cell, body, tools, end):
