@@ -5,7 +5,7 @@ module m_subcell
    use m_kinds, only: wp
    use m_level, only: level_t
    use m_boundary, only: held_components
-   use m_contact_point, only: candidate_t
+   use m_contact_point, only: candidate_t, margin, width_of
    use m_contact_system, only: contact_system_t
    use m_surface_area, only: find_surface_area
    implicit none
@@ -14,6 +14,9 @@ module m_subcell
 
    real(wp), parameter :: counted_area = 0.9_wp !< share of a node's surface, by its particles, that counts
                                                 !< beyond the contact's rim
+   real(wp), parameter :: covered = 0.75_wp !< share of the surface around a point that others press, from
+                                            !< which on it is of a layer below
+   real(wp), parameter :: least_area = 1.0e-3_wp !< of that of a node's points: below it the node has no term
    real(wp), parameter :: one_face = 0.95_wp !< mean normal of a node's points, above which bodies meet on one
                                              !< face there: at a corner an area has no single direction
    real(wp), parameter :: huge_stiffness = 1.0e250_wp !< over area, of a rigid material, N/m3:
@@ -32,23 +35,30 @@ contains
       real(wp), intent(in) :: time_step !< s
       real(wp), intent(inout) :: compliance(:) !< (rows): of points, s/kg
       real(wp), intent(inout) :: below(:)      !< (rows): contribution of the term to the diagonal, s/kg
-      real(wp), dimension(3, system%nodes%count) :: normal, sums, surface, paired
-      real(wp) :: area, of_node(system%nodes%count), way(4)
-      logical :: held(3)
+      real(wp), dimension(3, system%nodes%count) :: ahead, normal, sums, surface, paired
+      real(wp), dimension(system%nodes%count) :: area, of_node, towards
+      logical :: held(3, system%nodes%count), without(system%nodes%count)
+      real(wp) :: way(4)
       integer :: c, n, s
       call add_up_points(system, list, normal, sums, paired)
       call find_surface_area(level, system%nodes, surface)
       do n = 1, system%nodes%count
-         system%subcell_nodes(:, n) = 0.0_wp
-         of_node(n) = 0.0_wp
-         if (.not. sums(3, n) > 0.0_wp .or. sums(2, n) >= rigid) cycle
-         if (paired(1, n) > 0.0_wp .and. norm2(normal(:, n)) < one_face*sums(1, n)) cycle
-         held = held_components(level%grid, system%nodes%place_of(system%nodes%grid_node(n)))
-         where (held) normal(:, n) = 0.0_wp ! at a symmetry plane the mirror image has the opposite component
-         area = -dot_product(normal(:, n), surface(:, n))/max(norm2(normal(:, n)), tiny(area))
-         area = max(sums(1, n), counted_area*area)
+         without(n) = .not. sums(3, n) > 0.0_wp .or. sums(2, n) >= rigid &
+                      .or. (paired(1, n) > 0.0_wp .and. norm2(normal(:, n)) < one_face*sums(1, n))
+         held(:, n) = held_components(level%grid, system%nodes%place_of(system%nodes%grid_node(n)))
+         where (held(:, n)) normal(:, n) = 0.0_wp ! at a symmetry plane the mirror image has the opposite one
+         towards(n) = -dot_product(normal(:, n), surface(:, n))/max(norm2(normal(:, n)), tiny(way))
+         if (.not. sums(1, n) > 0.0_wp) towards(n) = norm2(merge(0.0_wp, surface(:, n), held(:, n)))
+      end do
+      call add_up_points_ahead(system, list, sums(1, :), towards, ahead)
+      area = max(sums(1, :) + ahead(1, :), counted_area*towards)
+      system%subcell_nodes(:, :size(area)) = 0.0_wp
+      of_node = 0.0_wp
+      do n = 1, system%nodes%count
+         if (without(n)) cycle
          of_node(n) = sums(3, n)/(sums(2, n)*time_step)
-         system%subcell_nodes(:3, n) = merge(0.0_wp, of_node(n)/area, held)
+         if (area(n) > least_area*sums(3, n)) &
+            system%subcell_nodes(:3, n) = merge(0.0_wp, of_node(n)/area(n), held(:, n))
       end do
       call set_rows(system, list, of_node)
       below = system%subcell_rows
@@ -113,14 +123,49 @@ contains
       end associate
    end subroutine find_deflection
 
+   !> Collective among neighbours: areas of the points ahead of those that touch, where they are of the
+   !> surface. Those of a layer below have the area of the points above them, which press: it must not count
+   !> twice.
+   subroutine add_up_points_ahead(system, list, pressed, towards, ahead)
+      type(contact_system_t), intent(inout) :: system
+      type(candidate_t), intent(in) :: list(:)
+      real(wp), intent(in) :: pressed(:), towards(:) !< (nodes): of points that touch, of all particles, m2
+      real(wp), intent(out) :: ahead(:, :)           !< (3, nodes): m2, the first of three
+      real(wp) :: cover
+      integer :: c, n, node, s
+      ahead = 0.0_wp
+      do n = 1, system%parts
+         c = system%row(n)
+         if (c > size(list)) exit
+         if (touches(list(c))) cycle
+         cover = 0.0_wp
+         do s = system%begins(n), system%begins(n + 1) - 1
+            node = system%node(s)
+            cover = cover + system%weight(s) &
+                    *(min(1.0_wp, pressed(node)/max(towards(node), tiny(cover))) - covered)
+         end do
+         if (cover > 0.0_wp) cycle
+         do s = system%begins(n), system%begins(n + 1) - 1
+            ahead(1, system%node(s)) = ahead(1, system%node(s)) + system%weight(s)*share_of(list(c))
+         end do
+      end do
+      call system%nodes%add_up(ahead)
+   end subroutine add_up_points_ahead
+
+   !> True of a point that pressed in the last step, or is about to.
+   pure logical function touches(c)
+      type(candidate_t), intent(in) :: c
+      touches = c%force > 0.0_wp .or. c%carried .or. c%gap <= margin*width_of(c)
+   end function touches
+
    !> Surface represented by a point, m2: between bodies both sides have points.
    pure elemental real(wp) function share_of(c) result(area)
       type(candidate_t), intent(in) :: c
       area = merge(0.5_wp, 1.0_wp, c%partner > 0)*c%area
    end function share_of
 
-   !> Collective among neighbours: areas of points by their weights on nodes: times the normal; alone, and of
-   !> points of the node's own body over the compliance and alone.
+   !> Collective among neighbours: areas of points by their weights on nodes: times the normal and alone, of
+   !> those that touch; of all points of the node's own body over the compliance and alone.
    subroutine add_up_points(system, list, normal, sums, paired)
       type(contact_system_t), intent(inout) :: system
       type(candidate_t), intent(in) :: list(:)
@@ -135,14 +180,14 @@ contains
       do n = 1, system%parts
          c = system%row(n)
          if (c > size(list)) exit
-         share = [1.0_wp, huge_stiffness, 1.0_wp]
+         share = [merge(1.0_wp, 0.0_wp, touches(list(c))), huge_stiffness, 1.0_wp]
          if (list(c)%subcell > 0.0_wp) share(2) = 1.0_wp/list(c)%subcell
          if (c == before) share(2:) = 0.0_wp ! the other body's points have its modulus
          before = c
          do s = system%begins(n), system%begins(n + 1) - 1
             area = system%weight(s)*share_of(list(c))
             associate (node => system%node(s))
-               normal(:, node) = normal(:, node) + area*system%direction(:3, n)
+               normal(:, node) = normal(:, node) + area*share(1)*system%direction(:3, n)
                sums(:, node) = sums(:, node) + area*share
                if (list(c)%partner > 0) paired(1, node) = paired(1, node) + area
             end associate

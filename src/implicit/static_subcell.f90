@@ -100,6 +100,7 @@ contains
             number(points%count) = n
             associate (c => points%list(points%count))
                c = it%point
+               c%force = contact%share*it%force
                c%tool = 0 ! its tool's own motion does not matter here
                c%frictional = 0
                if (.not. c%has_friction) cycle

@@ -135,8 +135,9 @@ contains
       call store%reals('/state/balance_start', start, error)
       call store%reals('/state/balance_now', now, error)
       call store%reals('/state/balance', rest, error)
-      balance = balance_t(sums_from(start), sums_from(now), rest(1), rest(2), rest(3), rest(4), rest(5), &
-                          rest(6), rest(7), rest(8), rest(9))
+      balance = balance_t(start=sums_from(start), now=sums_from(now), external_work=rest(1), damped=rest(2), &
+                          driven=rest(3), largest=rest(4), worst=rest(5), effects_apart=rest(6), &
+                          tools_apart=rest(7), worst_of_effects=rest(8), worst_of_tools=rest(9))
    end subroutine describe_balance
 
    pure function plain(of) result(values)

@@ -114,6 +114,15 @@ def disk(cells, speed, bounds):
             off(depth, load, disk_load, at),
             bound,
         )
+    notes = History(Path(name) / "cost.dat").notes
+    check(
+        f"disk of {cells} cells a radius: work of the condition of contact over the largest energy",
+        float(notes["constraint_work_J"]) / float(notes["largest_energy_J"]),
+        2e-3,
+    )
+    last = depth > 0.85 * come[-1]
+    ratio = load[last] / [disk_load(z) for z in depth[last]]
+    check(f"disk of {cells} cells a radius: largest change of the load between rows", np.diff(ratio), 0.02)
 
 
 def whole(cells, speed, come):
@@ -259,5 +268,6 @@ else:
     come = ball(11, 0.005, {2: 0.05, 3.5: 0.03})
     whole(11, 0.005, come[0])
     disk(15, 0.005, {2: 0.05, 3.5: 0.03})
+    disk(15.67, 0.003, {5: 0.02})  # where a second layer is near below thin cut particles
     face()
 finish()
