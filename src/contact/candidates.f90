@@ -12,7 +12,7 @@ module m_candidates
    use m_stencil, only: bin_place
    use m_face_weights, only: find_face, cube_span, flattening
    use m_face_gap, only: near_tool, list_near, deform, thickest, fastest
-   use m_rim_cut, only: find_point
+   use m_rim_cut, only: find_point, is_beside_rim
    use m_friction_law, only: has_friction
    use m_subcell_modulus, only: half_space_modulus, subcell_compliance
    use m_contact_point, only: candidate_t, partner_t, no_candidate, drift_of, set_face, point_velocity, &
@@ -254,6 +254,7 @@ contains
          call find_point(tool, level, materials, number(1), p, reach, self%compliance_of(level, materials, &
                          number(1), p, 0.0_wp) > 0.0_wp, new, edge, thickness)
          if (new%gap > reach) return
+         if (is_beside_rim(new, edge, column(p, self%carried + number(3) - 1))) return
          held = .false.
          if (self%deflected > 0) then
             new%deflection = column(p, self%deflected + number(3) - 1)

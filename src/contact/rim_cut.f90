@@ -7,10 +7,10 @@ module m_rim_cut
    use m_level, only: level_t
    use m_scene_materials, only: materials_t
    use m_face_gap, only: find_gap, find_thickness, deform, thickest
-   use m_contact_point, only: candidate_t
+   use m_contact_point, only: candidate_t, margin
    implicit none
    private
-   public :: find_point
+   public :: find_point, is_beside_rim
 
    integer, parameter :: samples = 8            !< along each edge of a face; squared, along that of a section
    real(wp), parameter :: first_layer = 1.5_wp  !< half edges: upper bound of the distance of centres of
@@ -42,6 +42,15 @@ contains
       end if
       call find_gap(tool, level, materials, b, p, reach, c%gap, c%normal, edge, thickness)
    end subroutine find_point
+
+   !> True of a face that is met with a part of it under the flat end, but stands higher than that: it is
+   !> beside the rim, and meets the wall.
+   pure logical function is_beside_rim(c, edge, last)
+      type(candidate_t), intent(in) :: c !< with its share and gap
+      real(wp), intent(in) :: edge       !< of the particle, m
+      real(wp), intent(in) :: last       !< gap that the last step has left, m; 0: none
+      is_beside_rim = c%share < 1.0_wp .and. c%gap < -margin*edge .and. .not. abs(last) > 0.0_wp
+   end function is_beside_rim
 
    !> The part of a particle's face under the flat end of a tool, by sampling: its share, its middle relative
    !> to that of the face, and its extents in half edges. The whole face counts if the rim is not near, or if

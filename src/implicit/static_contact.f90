@@ -6,7 +6,7 @@ module m_static_contact
    use m_level, only: level_t
    use m_scene_materials, only: materials_t
    use m_face_gap, only: find_thickness, list_near
-   use m_rim_cut, only: find_point
+   use m_rim_cut, only: find_point, is_beside_rim
    use m_candidates, only: candidates_t
    use m_static_tools, only: static_tools_t
    use m_static_pairs, only: static_pairs_t
@@ -96,6 +96,7 @@ contains
          call find_point(self%tools%now(t), level, materials, b, p, reach, candidates%compliance_of(level, &
                          materials, b, p, 0.0_wp) > 0.0_wp, c, edge, thickness)
          if (.not. c%gap <= reach) return
+         if (is_beside_rim(c, edge, column(p, candidates%carried + t - 1))) return
          call out_of_tool(c%gap, c%normal)
          call candidates%make_point(level, materials, [b, p, t], edge, thickness, c)
          c%from = c%from + c%aside ! the gap is that of this position
