@@ -89,7 +89,8 @@ contains
       if (allocated(model%atoms)) total(:10) = total(:10) + [model%atoms%sums%mass, &
                   model%atoms%sums%kinetic, model%atoms%sums%potential, 0.0_wp, model%atoms%sums%momentum, &
                   model%atoms%sums%angular_momentum]
-      sums = sums_t(total(1), total(2), total(3), total(4), total(5:7), total(8:10), total(11), total(12))
+      sums = sums_t(mass=total(1), kinetic=total(2), strain=total(3), plastic=total(4), momentum=total(5:7), &
+                    angular_momentum=total(8:10), dissipated=total(11), potential=total(12))
    end function measure
 
    !> Compute the sums of one block in advance.

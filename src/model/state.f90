@@ -149,7 +149,8 @@ contains
 
    pure type(sums_t) function sums_from(v)
       real(wp), intent(in) :: v(sums)
-      sums_from = sums_t(v(1), v(2), v(3), v(4), v(5:7), v(8:10), v(11), v(12))
+      sums_from = sums_t(mass=v(1), kinetic=v(2), strain=v(3), plastic=v(4), momentum=v(5:7), &
+                         angular_momentum=v(8:10), dissipated=v(11), potential=v(12))
    end function sums_from
 
    !> Data of contact from step to step, in addition to its particle fields.
@@ -195,7 +196,9 @@ contains
          associate (freedom => tools(t)%freedoms(1), v => values(:, t))
             freedom%travel = v(1)
             freedom%speed = v(2)
-            states(t) = tool_state_t(v(3:5), v(6:8), v(9), v(10), v(11), v(12), v(13), v(14:16), v(17), v(18))
+            states(t) = tool_state_t(load=v(3:5), moment=v(6:8), overlap=v(9), work=v(10), heat=v(11), &
+                                     constraint_work=v(12), particle_work=v(13), impulse=v(14:16), &
+                                     stored=v(17), stored_shear=v(18))
             deepest(t) = v(19)
          end associate
       end do
