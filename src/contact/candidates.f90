@@ -2,6 +2,7 @@
 !> eqs contact-gap, contact-candidates).
 module m_candidates
    use m_kinds, only: wp
+   use m_communicator, only: communicator_t
    use m_node_values, only: node_values, v_x, v_z
    use m_vectors, only: tangents
    use m_tool, only: tool_t
@@ -14,7 +15,7 @@ module m_candidates
    use m_face_gap, only: near_tool, list_near, deform, thickest, fastest
    use m_rim_cut, only: find_point, is_beside_rim
    use m_friction_law, only: has_friction
-   use m_subcell_modulus, only: half_space_modulus, subcell_compliance
+   use m_subcell_modulus, only: half_space_moduli, subcell_compliance
    use m_contact_point, only: candidate_t, partner_t, no_candidate, drift_of, set_face, point_velocity, &
                               place_of, width_of, overlap_rate, margin
    implicit none
@@ -88,7 +89,6 @@ contains
       overlap = 0.0_wp
       turns = .true.
       if (present(again)) turns = .not. again
-      call self%know_moduli(materials)
       if (allocated(self%before)) then
          if (size(self%before) /= size(level%blocks) + 1) deallocate (self%before)
       end if
@@ -157,13 +157,13 @@ contains
       end do
    end subroutine search
 
-   !> Moduli of the half-spaces of all materials, once.
-   pure subroutine know_moduli(self, materials)
+   !> Collective: the present moduli of the half-spaces of all materials.
+   subroutine know_moduli(self, communicator, level, materials)
       class(candidates_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(in) :: level
       type(materials_t), intent(in) :: materials
-      integer :: m
-      if (.not. allocated(self%modulus)) &
-         self%modulus = [(half_space_modulus(materials%slots(m)%law), m=1, size(materials%slots))]
+      self%modulus = half_space_moduli(communicator, level, materials, self%pressure)
    end subroutine know_moduli
 
    !> How far before they touch a tool points are candidates: those that the surface below the cells lets
@@ -366,8 +366,8 @@ contains
       compliance = 0.0_wp
       if (.not. self%subcell > 0.0_wp) return
       associate (body => level%blocks(b)%particles%body(p))
-         compliance = self%subcell*subcell_compliance(level%grid%cell, self%modulus(materials%of_body(body)) &
-                      *materials%unrelaxed_share(level%blocks(b)%particles, level%layout, p), &
+         compliance = self%subcell*subcell_compliance( &
+                      level%grid%cell, self%modulus(materials%of_body(body)), &
                       max(width, self%widest(body)*level%grid%cell))
       end associate
    end function compliance_of

@@ -160,6 +160,7 @@ contains
          self%before(:, t) = [self%tools(t)%velocity, self%tools(t)%spin]
          call self%tools(t)%begin_step(time, time_step)
       end do
+      call self%candidates%know_moduli(communicator, level, materials)
       call self%candidates%find(self%tools, level, materials, time_step, self%states%overlap)
       if (self%pairs%active()) &
          call self%pairs%find(communicator, level, materials, time, time_step, self%candidates)

@@ -391,7 +391,8 @@ contains
    subroutine set_scale(self, compliance, below)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in) :: compliance(:) !< (rows): of each contact point, s/kg
-      real(wp), intent(in) :: below(:)      !< (rows): contribution of the half-space below the cells, s/kg
+      real(wp), intent(in) :: below(:)      !< (rows): contribution of the half-space below the cells, s/kg;
+                                            !< less than 0: the row takes no part
       real(wp) :: diagonal(self%rows)
       integer :: c, k, n, s
       if (allocated(self%scale)) then
@@ -413,7 +414,8 @@ contains
             end do
          end associate
          self%scale(c) = 0.0_wp
-         if (diagonal(c) > 0.0_wp) self%scale(c) = 1.0_wp/sqrt(diagonal(c) + below(c))
+         if (diagonal(c) > 0.0_wp .and. below(c) >= 0.0_wp) &
+            self%scale(c) = 1.0_wp/sqrt(diagonal(c) + below(c))
          self%softness(c) = compliance(c)*self%scale(c)**2
       end do
       if (.not. self%has_subcell) return

@@ -34,10 +34,11 @@ contains
       type(candidate_t), intent(in) :: list(:)
       real(wp), intent(in) :: time_step !< s
       real(wp), intent(inout) :: compliance(:) !< (rows): of points, s/kg
-      real(wp), intent(inout) :: below(:)      !< (rows): contribution of the term to the diagonal, s/kg
+      real(wp), intent(inout) :: below(:)      !< (rows): contribution of the term to the diagonal, s/kg;
+                                               !< -1 of rows that take no part
       real(wp), dimension(3, system%nodes%count) :: ahead, normal, sums, surface, paired
       real(wp), dimension(system%nodes%count) :: area, of_node, towards
-      logical :: held(3, system%nodes%count), without(system%nodes%count)
+      logical :: held(3, system%nodes%count), hidden(size(list)), without(system%nodes%count)
       real(wp) :: way(4)
       integer :: c, n, s
       call add_up_points(system, list, normal, sums, paired)
@@ -50,7 +51,7 @@ contains
          towards(n) = -dot_product(normal(:, n), surface(:, n))/max(norm2(normal(:, n)), tiny(way))
          if (.not. sums(1, n) > 0.0_wp) towards(n) = norm2(merge(0.0_wp, surface(:, n), held(:, n)))
       end do
-      call add_up_points_ahead(system, list, sums(1, :), towards, ahead)
+      call add_up_points_ahead(system, list, sums(1, :), towards, ahead, hidden)
       area = max(sums(1, :) + ahead(1, :), counted_area*towards)
       system%subcell_nodes(:, :size(area)) = 0.0_wp
       of_node = 0.0_wp
@@ -70,6 +71,12 @@ contains
          end do
       end do
       below = max(0.0_wp, below)
+      do c = 1, size(list)
+         if (.not. hidden(c)) cycle ! J takes energy from any forces as long as these have none
+         below(c) = -1.0_wp
+         n = size(list) + 2*list(c)%frictional
+         if (list(c)%frictional > 0) below(n - 1:n) = -1.0_wp
+      end do
       where (system%subcell_rows > 0.0_wp) compliance = beside_subcell*compliance
       compliance = compliance + system%subcell_rows
    end subroutine set_subcell
@@ -126,25 +133,28 @@ contains
    !> Collective among neighbours: areas of the points ahead of those that touch, where they are of the
    !> surface. Those of a layer below have the area of the points above them, which press: it must not count
    !> twice.
-   subroutine add_up_points_ahead(system, list, pressed, towards, ahead)
+   subroutine add_up_points_ahead(system, list, pressed, towards, ahead, hidden)
       type(contact_system_t), intent(inout) :: system
       type(candidate_t), intent(in) :: list(:)
       real(wp), intent(in) :: pressed(:), towards(:) !< (nodes): of points that touch, of all particles, m2
       real(wp), intent(out) :: ahead(:, :)           !< (3, nodes): m2, the first of three
+      logical, intent(out) :: hidden(:)              !< (points): below the surface
       real(wp) :: cover
       integer :: c, n, node, s
       ahead = 0.0_wp
+      hidden = .false.
       do n = 1, system%parts
          c = system%row(n)
          if (c > size(list)) exit
-         if (touches(list(c))) cycle
+         if (touches(list(c)) .or. hidden(c)) cycle
          cover = 0.0_wp
          do s = system%begins(n), system%begins(n + 1) - 1
             node = system%node(s)
             cover = cover + system%weight(s) &
                     *(min(1.0_wp, pressed(node)/max(towards(node), tiny(cover))) - covered)
          end do
-         if (cover > 0.0_wp) cycle
+         hidden(c) = cover > 0.0_wp
+         if (hidden(c)) cycle
          do s = system%begins(n), system%begins(n + 1) - 1
             ahead(1, system%node(s)) = ahead(1, system%node(s)) + system%weight(s)*share_of(list(c))
          end do

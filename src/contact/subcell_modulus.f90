@@ -2,10 +2,13 @@
 !> within a cell (theory.md, eqs subcell, half-space).
 module m_subcell_modulus
    use m_kinds, only: wp
+   use m_communicator, only: communicator_t
    use m_material, only: material_t
+   use m_scene_materials, only: materials_t
+   use m_level, only: level_t
    implicit none
    private
-   public :: young_modulus, half_space_modulus, subcell_compliance
+   public :: young_modulus, half_space_moduli, subcell_compliance
 
    real(wp), parameter :: narrow_face = 0.6_wp  !< faces up to this width, in cells, get the full term
    real(wp), parameter :: wide_face = 0.9_wp    !< wider faces get none: one point a cell does not resolve
@@ -38,6 +41,39 @@ contains
       wave = law%p_wave_modulus()
       if (wave > shear) modulus = 4.0_wp*shear*(wave - shear)/wave
    end function half_space_modulus
+
+   !> Collective: the moduli of all materials, Pa; of those that relax, as far as the stress of the particles
+   !> that were pressed in the last step has not (theory.md, eq. subcell-relaxed). One share for all of a
+   !> material: by particle it would jump from step to step where a stress is small.
+   function half_space_moduli(communicator, level, materials, pressure) result(modulus)
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(in) :: level
+      type(materials_t), intent(in) :: materials
+      integer, intent(in) :: pressure !< column of the contact pressure
+      real(wp) :: modulus(size(materials%slots)), parts(2), share
+      integer :: b, m, p
+      do m = 1, size(materials%slots)
+         associate (law => materials%slots(m)%law)
+            modulus(m) = half_space_modulus(law)
+            if (.not. law%long_term_share() < 1.0_wp) cycle
+            parts = 0.0_wp
+            do b = 1, size(level%blocks)
+               if (.not. level%blocks(b)%pressed) cycle
+               associate (particles => level%blocks(b)%particles)
+                  do p = 1, particles%count
+                     if (.not. particles%column(p, pressure) > 0.0_wp) cycle
+                     if (materials%of_body(particles%body(p)) /= m) cycle
+                     parts = parts + law%unrelaxed_parts(particles%column, level%layout, p)
+                  end do
+               end associate
+            end do
+            parts = [communicator%sum_real(parts(1)), communicator%sum_real(parts(2))]
+            share = 1.0_wp
+            if (parts(2) > 0.0_wp) share = max(law%long_term_share(), min(1.0_wp, parts(1)/parts(2)))
+            modulus(m) = share*modulus(m)
+         end associate
+      end do
+   end function half_space_moduli
 
    !> Deflection per unit of pressure that varies within a cell, for a factor of 1, m/Pa: the cell over the
    !> modulus; less for faces as wide as a cell.

@@ -70,7 +70,6 @@ contains
       integer :: b, n, t
       self%count = 0
       if (.not. allocated(self%list)) allocate (self%list(64))
-      call candidates%know_moduli(materials)
       do b = 1, size(level%blocks)
          do t = 1, size(self%tools%now)
             call list_near(self%tools%now(t), level, b, reach, near)

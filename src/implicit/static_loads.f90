@@ -53,6 +53,7 @@ contains
          end do
       end do
       associate (finest => model%levels(size(model%levels)))
+         call model%contact%candidates%know_moduli(model%communicator, finest, model%materials)
          call contact%find(finest, model%materials, model%contact%candidates, reach*finest%grid%cell, &
                            compliance)
          if (model%contact%pairs%active()) &

@@ -82,7 +82,7 @@ contains
             if (level%field_of_body(body) /= field) cycle
             young = min(young, modulus_of(body))
             subcell = max(subcell, candidates%subcell*subcell_compliance(level%grid%cell, &
-               candidates%modulus(materials%of_body(body))*long_term_share(body), 0.0_wp))
+               candidates%modulus(materials%of_body(body)), 0.0_wp))
          end do
          ! both sides of a contact have points, and each bears half
          new%contact_compliance = 2.0_wp*share*compliance*level%grid%cell/(young*it%area)
@@ -96,11 +96,6 @@ contains
          integer, intent(in) :: body
          modulus_of = young_modulus(materials%slots(materials%of_body(body))%law)
       end function modulus_of
-
-      real(wp) function long_term_share(body) ! the iterations end if a compliance is not too small
-         integer, intent(in) :: body
-         long_term_share = materials%slots(materials%of_body(body))%law%long_term_share()
-      end function long_term_share
    end subroutine set_compliances
 
    !> Forces that the point had at the end of the last step, as a first guess.

@@ -36,7 +36,7 @@ module m_material
       procedure :: stress_tangent
       procedure :: requests_cutback
       procedure :: is_time_dependent
-      procedure :: unrelaxed_share
+      procedure :: unrelaxed_parts
       procedure :: long_term_share
       procedure :: static_parts
       procedure :: failure
@@ -226,17 +226,19 @@ contains
       is_time_dependent = .false.
    end function is_time_dependent
 
-   !> The stress of particle p over the one that its strains would give at once: its present stiffness over
-   !> that of the moduli, above 0 and at most 1; 1 for a law that does not relax.
-   pure real(wp) function unrelaxed_share(self, column, layout, p)
+   !> Of the stress of particle p and the one that its strains would give at once: sigma : sigma_0 and
+   !> sigma_0 : sigma_0 times its volume, whose ratio is the present stiffness over that of the moduli; of a
+   !> law that relaxes.
+   pure function unrelaxed_parts(self, column, layout, p) result(parts)
       class(material_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: p
-      unrelaxed_share = 1.0_wp
-   end function unrelaxed_share
+      real(wp) :: parts(2)
+      parts = 0.0_wp
+   end function unrelaxed_parts
 
-   !> What unrelaxed_share is never below.
+   !> What the ratio of unrelaxed_parts is never below; 1 for a law that does not relax.
    pure real(wp) function long_term_share(self)
       class(material_t), intent(in) :: self
       long_term_share = 1.0_wp

@@ -38,7 +38,7 @@ module m_maxwell
       procedure :: plastic_energy
       procedure :: stretch
       procedure :: is_time_dependent
-      procedure :: unrelaxed_share
+      procedure :: unrelaxed_parts
       procedure :: long_term_share
       procedure, private :: moduli
       procedure, private :: advance
@@ -106,30 +106,25 @@ contains
       is_time_dependent = .true.
    end function is_time_dependent
 
-   !> The stress at once follows from that of the single spring, whose strains are all elastic. Without a
-   !> spring in shear or in bulk it is not known: 1.
-   pure real(wp) function unrelaxed_share(self, column, layout, p) result(share)
+   !> The stress at once follows from that of the single spring, whose strains are all elastic.
+   pure function unrelaxed_parts(self, column, layout, p) result(parts)
       class(maxwell_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: p
-      real(wp) :: mean, at_once(6)
-      share = 1.0_wp
-      if (.not. self%long_term_share() < 1.0_wp) return
+      real(wp) :: parts(2), mean, at_once(6)
       at_once = column(p, self%spring:self%spring + 5)
       mean = sum(at_once(:3))/3.0_wp
       at_once(:3) = (at_once(:3) - mean)/(1.0_wp - sum(self%shear_ratios)) &
                     + mean/(1.0_wp - sum(self%bulk_ratios))
       at_once(4:) = at_once(4:)/(1.0_wp - sum(self%shear_ratios))
-      if (.not. any(abs(at_once) > 0.0_wp)) return
       associate (stress => column(p, layout%stress:layout%stress + 5))
-         share = dot_product(stress(:3), at_once(:3)) + 2.0_wp*dot_product(stress(4:), at_once(4:))
+         parts = [dot_product(stress(:3), at_once(:3)) + 2.0_wp*dot_product(stress(4:), at_once(4:)), &
+                  sum(at_once(:3)**2) + 2.0_wp*sum(at_once(4:)**2)]*column(p, layout%volume)
       end associate
-      share = share/(sum(at_once(:3)**2) + 2.0_wp*sum(at_once(4:)**2))
-      share = max(self%long_term_share(), min(1.0_wp, share))
-   end function unrelaxed_share
+   end function unrelaxed_parts
 
-   !> That of the single spring, where it has one in shear and in bulk.
+   !> That of the single spring, where it has one in shear and in bulk; else what is relaxed is not known: 1.
    pure real(wp) function long_term_share(self) result(share)
       class(maxwell_t), intent(in) :: self
       share = 1.0_wp - max(sum(self%shear_ratios), sum(self%bulk_ratios))

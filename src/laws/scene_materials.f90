@@ -1,7 +1,6 @@
 !> The materials of a scene. A step calls the law of each by the interface of laws (m_material); the list of
 !> laws is in materials.f90.
 module m_scene_materials
-   use m_kinds, only: wp
    use m_scene, only: scene_t, material_spec_t
    use m_material, only: material_t
    use m_field_table, only: layout_t
@@ -21,7 +20,6 @@ module m_scene_materials
       integer, allocatable :: of_body(:)
    contains
       procedure :: are_at_rest
-      procedure :: unrelaxed_share
    end type materials_t
 
 contains
@@ -42,17 +40,6 @@ contains
          end associate
       end do
    end function are_at_rest
-
-   !> Present stiffness of particle p over that of its law's moduli.
-   pure real(wp) function unrelaxed_share(self, particles, layout, p)
-      class(materials_t), intent(in) :: self
-      type(particle_store_t), intent(in) :: particles
-      type(layout_t), intent(in) :: layout
-      integer, intent(in) :: p
-      associate (law => self%slots(self%of_body(particles%body(p)))%law)
-         unrelaxed_share = law%unrelaxed_share(particles%column, layout, p)
-      end associate
-   end function unrelaxed_share
 
    !> The materials of a scene.
    function make_materials(scene) result(materials)

@@ -1,9 +1,9 @@
 """documents.py ROOT: what is wrong with the documents of a tree, a line each; exit status 1 if anything
 is."""
 
+import ast
 import re
 import sys
-import tokenize
 from pathlib import Path
 
 from sections import faults
@@ -170,10 +170,10 @@ for path in sources + sorted(path for path in root.glob("test/**/*") if path.suf
 # Texts of several lines, such as scenes, are left as they are.
 for path in sorted(path for folder in ("post", "test", "tools") for path in root.glob(f"{folder}/**/*.py")):
     within = set()
-    with open(path, "rb") as file:
-        for token in tokenize.tokenize(file.readline):
-            if token.type == tokenize.STRING and token.end[0] > token.start[0]:
-                within.update(range(token.start[0], token.end[0] + 1))
+    for node in ast.walk(ast.parse(path.read_text())):
+        text = isinstance(node, ast.JoinedStr) or isinstance(getattr(node, "value", None), str)
+        if text and node.end_lineno > node.lineno:
+            within.update(range(node.lineno, node.end_lineno + 1))
     for number, line in enumerate(path.read_text().splitlines(), 1):
         if len(line) > COLUMNS and number not in within:
             say(path, f"line {number} has {len(line)} columns, more than {COLUMNS}")

@@ -32,9 +32,18 @@ if [ ! -e "$root/complete" ]; then
 fi
 cp -L /etc/resolv.conf "$root/etc/resolv.conf"
 
-mkdir -p "$root/gimp3d"
-find "$root/gimp3d" -mindepth 1 -maxdepth 1 ! -name build ! -name out -exec rm -rf {} +
-git ls-files -z --cached --others --exclude-standard | tar -c --null --ignore-failed-read -T - | tar -x -C "$root/gimp3d"
+# Files that differ from those of the last call are copied with the present time, so that make sees them.
+mkdir -p "$root/gimp3d" "$root/sources"
+find "$root/sources" -mindepth 1 -delete
+git ls-files -z --cached --others --exclude-standard | tar -c --null --ignore-failed-read -T - | tar -x -C "$root/sources"
+(cd "$root/gimp3d" && find . -mindepth 1 \( -path ./build -o -path ./out \) -prune -o ! -type d -print) | while read -r file; do
+   [ -e "$root/sources/$file" ] || rm -f "$root/gimp3d/$file"
+done
+(cd "$root/sources" && find . ! -type d -print) | while read -r file; do
+   cmp -s "$root/sources/$file" "$root/gimp3d/$file" && continue
+   mkdir -p "$root/gimp3d/$(dirname "$file")"
+   cp -P "$root/sources/$file" "$root/gimp3d/$file"
+done
 [ $# -gt 0 ] || set -- sh -c 'make demo && make test'
 
 # Mounts of its own, which end with the command; so does /tmp: processes have the numbers of the call before, and mpirun of
