@@ -183,6 +183,7 @@ contains
          if (model%contact%pairs%active()) &
             call model%contact%pairs%forbid(model%communicator, model%levels(l), &
                                             model%levels(size(model%levels)), error)
+         call model%communicator%agree(error) ! the finer levels' steps end at an error
       end if
    end subroutine apply_contact
 

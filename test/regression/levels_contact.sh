@@ -2,6 +2,7 @@
 # Contact is for the finest level: a tool that reaches a particle of a coarser one, or presses at its edge, ends the run with status 3 and
 # a sentence that says where contact is allowed.
 . "$(dirname "$0")/../harness/env.sh"
+# On several ranks one of them sees it, and the others must not wait for it in the steps of the finer level.
 try() { # try NAME LOWER UPPER SENTENCE
    cat >"$1.nml" <<END
 &scene title='$1', end_time=1e-8 /
@@ -17,6 +18,12 @@ END
    grep -q "$4" "$1.log" || fail "$1 says: $(grep stopped "$1.log")"
    grep -q 'contact is allowed inside the finest level, (' "$1.log" || fail "$1 does not say where contact is allowed"
    echo "   $(grep -o 'the tool ball.*' "$1.log" | head -n 1)"
+   for ranks in 2 3; do
+      status=0
+      timeout $((30 * ${SLOWER:-1})) mpirun -n $ranks "$GIMP3D" <"$1.nml" >"$1.$ranks.log" 2>&1 || status=$?
+      [ $status -eq 3 ] || fail "$1 ended on $ranks ranks with status $status: $(tail -n 3 "$1.$ranks.log")"
+      grep -q "$4" "$1.$ranks.log" || fail "$1 says on $ranks ranks: $(grep stopped "$1.$ranks.log")"
+   done
 }
 try beside 20.48e-6,20.48e-6,10.24e-6 40.96e-6,40.96e-6,38.4e-6 'the tool ball touches particle [0-9]* at (.*) m, on level 1'
 try below 0,0,5.12e-6 12.8e-6,12.8e-6,20.48e-6 'the tool ball touches particle [0-9]* at (.*) m, on level 1'
