@@ -149,6 +149,9 @@ check(
 case = forward.Case(Tip("cone", 70.3), 60, (0.3,))
 shipped = surrogate.features(case, cache[case]["kept"])
 again = Cache("anew", shipped=None)
+Path("mixed").mkdir()
+Path("mixed/of_the_general_form.json").write_text("[[0.1, 0.2], 3.0]")
+check("a folder that has runs of the general form too", Cache("mixed", shipped=None).cases() == [])
 price, before = planning.price_of([case], 1, GIMP3D), planning.spent()
 again.run([case], cores=1, program=GIMP3D)
 took = planning.spent() - before

@@ -29,7 +29,9 @@ class Cache:
             if path.is_file():
                 self.records.update(json.loads(path.read_text()))
         for path in sorted(self.folder.glob("*.json")):
-            self.records[path.stem] = json.loads(path.read_text())
+            record = json.loads(path.read_text())
+            if isinstance(record, dict) and "tip" in record:  # others are runs of the general form
+                self.records[path.stem] = record
 
     def __contains__(self, case):
         return key_of(case) in self.records
