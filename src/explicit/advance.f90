@@ -183,7 +183,7 @@ contains
          if (model%contact%pairs%active()) &
             call model%contact%pairs%forbid(model%communicator, model%levels(l), &
                                             model%levels(size(model%levels)), error)
-         call model%communicator%agree(error) ! the finer levels' steps end at an error
+         call model%communicator%agree(error) ! else one rank alone would leave the steps of finer levels
       end if
    end subroutine apply_contact
 

@@ -16,7 +16,7 @@ module m_maxwell
    integer, parameter :: lanes = 128, max_branches = 16
    real(wp), parameter :: short = 0.1_wp !< of a relaxation time: the work of shorter steps is computed by
                                          !< Simpson's rule
-   real(wp), parameter :: least_spring = 1.0e-3_wp !< share of a modulus that tells the strain of the spring
+   real(wp), parameter :: least_spring = 1.0e-3_wp !< least share whose stress tells the strain
 
    !> `young` and `poisson` are the instantaneous moduli. A branch has the share shear_ratios of the shear
    !> modulus and bulk_ratios of the bulk modulus; the remainder is the long-term modulus.

@@ -237,10 +237,11 @@ contains
       end associate
       if (allocated(model%atoms)) self%tools_apart = self%tools_apart - model%atoms%tool_work_in_balance
       self%relaxed = 0.0_wp
-      if (relaxes_below(model)) self%relaxed = max(0.0_wp, self%tools_apart)
-      self%tools_apart = self%tools_apart - self%relaxed
-      if (relaxes_below(model)) &
+      if (relaxes_below(model)) then
+         self%relaxed = max(0.0_wp, self%tools_apart)
+         self%tools_apart = self%tools_apart - self%relaxed
          self%relaxed = self%relaxed + max(0.0_wp, -sum(model%contact%pairs%states%work))
+      end if
       self%damped = self%damped + self%relaxed
       self%driven = max(0.0_wp, -taken)
       self%largest = max(self%largest, abs(self%external_work), abs(self%damped), self%now%energy())
