@@ -15,7 +15,7 @@ module m_body_pairs
    use m_surface_elements, only: surface_elements_t, surface_columns_t, find_columns, share_at
    use m_partner_surface, only: meeting_t, find_meetings, reach_of
    use m_partner_nodes, only: wanted_nodes_t
-   use m_partner_point, only: place_partner, want_nodes, take_mass, mean_velocity, cap
+   use m_partner_point, only: to_contact, place_partner, want_nodes, take_mass, mean_velocity, cap
    use m_start_gap, only: has_file, gap_of_shapes
    use m_pair_law, only: range_of, overlap_left, find_adhesion
    use m_pair_reactions, only: pair_state_t, pair_of, press_element, add_reaction, close_rings, &
@@ -295,12 +295,13 @@ contains
       type(materials_t), intent(in) :: materials
       type(meeting_t), intent(in) :: meeting
       type(candidate_t), intent(out) :: c
-      real(wp) :: share
+      real(wp) :: share, point(3)
       c = no_candidate
       associate (element => self%elements%list(meeting%element), &
                  span => self%elements%span(:, :, meeting%element), &
-                 last => self%elements%last(:, meeting%element), &
+                 last => self%elements%last(:, meeting%element), turns => level%layout%domain > 0, &
                  block => level%blocks(self%elements%block(meeting%element)))
+         point = element%point + to_contact(self%elements, meeting)
          c%gap = self%gap_of(level, meeting)
          c%allowed = c%gap - meeting%gap
          c%block = self%elements%block(meeting%element)
@@ -313,15 +314,14 @@ contains
             c%area = element%area/element%edge*c%depth
          end if
          call set_face(c, level%grid, block%place, bin_place(int(block%cells%bin(c%particle))), &
-                       level%layout%domain > 0, (element%point - block%origin)*level%grid%per_cell, &
-                       span*level%grid%per_cell)
+                       turns, (point - block%origin)*level%grid%per_cell, span*level%grid%per_cell)
          share = share_at(norm2(element%face - element%centre), norm2(element%point - element%centre))
          call spread_inward(c%face, c%reflection, level%grid, block%place, &
-                            bin_place(int(block%cells%bin(c%particle))), level%layout%domain > 0, &
+                            bin_place(int(block%cells%bin(c%particle))), turns, &
                             (element%centre - block%origin)*level%grid%per_cell, &
                             span*level%grid%per_cell, share)
          c%from = element%centre
-         c%arm = share*(element%point - element%centre)
+         c%arm = share*(point - element%centre)
          c%force = last(1)*c%area
          c%last_tangential_force = last(2:4)*c%area
          c%deflection = last(7)

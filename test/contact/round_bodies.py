@@ -225,8 +225,8 @@ def deep(bounds):
 def rolling():
     """A ball of five cells a radius rolls down a standing cylinder four times as large: the speed that what it
     has fallen by gives a ball that does not slip. It is pressed in by a hundredth, on 0.8 cells a contact
-    radius, and rocks on it as it rolls, about twice in 40 s, so that speed and spin are their means over that
-    time. Carter's creep is about 1 %."""
+    radius, and rocks on it as it rolls, about twice in 40 s, by a fifth of its spin, so that speed and spin
+    are their means over that time. Carter's creep is about 1 %."""
     gravity, far, start = 2e-3, 4.96, np.radians(20)
     x, z = (float(5 * f(start)) for f in (np.sin, np.cos))
     run(

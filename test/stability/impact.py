@@ -56,9 +56,9 @@ def spheres(bench):
     that of the spheres as the scene has them. Energy is allowed a hundredth more than at first, for a row has
     the velocities half a step after the stress. Domains are those that the program takes for spheres that are
     cut by their surface: fixed cubes of such keep 5 % of the energy in stress that alternates within cells,
-    which no node sees, and recover 0.78 on 4 cells. With the compliance below a cell, on less than a cell a
-    contact radius, positions of faces part from their nodes while they are pressed, and putting them back
-    takes energy: 0.76 on 4 cells, 0.87 without it. That is open."""
+    which no node sees, and recover 0.78 on 4 cells. The contact is on a plane of nodes, its worst place: with
+    forces at the faces, which overlap by the compliance below a cell, nodes beyond the plane took them with
+    hardly any mass, and 0.76 was recovered on 4 cells."""
     cell, radius = bench.pick((0.05, 0.4), (0.1, 0.4))
     young, density, poisson = 1e6, 1000.0, 0.3
     wave = math.sqrt(young / density * (1 - poisson) / (1 + poisson) / (1 - 2 * poisson))
@@ -101,7 +101,6 @@ def spheres(bench):
             f"{name}: energy of the spheres' motion recovered",
             mean[-1] ** 2 if mean[-1] < 0 else 0.0,
             bench.pick(0.9, 0.85),
-            known=bench.pick(False, True),
         )
         bench.at_most(f"{name}: gap at a hundredth of their momentum [cells]", felt, 0.1, control=not groups)
 
