@@ -12,9 +12,8 @@ MIDDLE = np.array([6.0, 6.0, 10.0])  # of the contact, um
 RINGS = [(1.5, 1.9), (1.9, 2.3), (2.3, 2.7)]  # um from the axis, beyond the contact's radius of 1.5 um
 SECTORS = 48
 FOLDS = {"001": 4, "011": 2, "111": 3}
-# Where the surface is highest, by the harmonic of the fold, when the crystal is turned by 20 degrees: it
-# turns with the crystal
-HIGHEST = {"001": 45 + 20, "011": 0 + 20, "111": 30 + 20}  # degrees from x; on (001) that is [110]
+# A mirror plane of the pile-up when the crystal is turned by 20 degrees: it turns with the crystal
+MIRROR = {"001": 45 + 20, "011": 0 + 20, "111": 30 + 20}  # degrees from x; on (001) that is [110]
 failures = 0
 
 
@@ -40,8 +39,10 @@ for face, fold in FOLDS.items():
         continue
     waves = np.fft.rfft(heights.mean(axis=0))[:13] * 2 / SECTORS * 1e3
     harmonics = np.abs(waves)
-    highest = -np.degrees(np.angle(waves[fold])) / fold - 180 + 180 / SECTORS
-    off = (highest - HIGHEST[face] + 180 / fold) % (360 / fold) - 180 / fold
+    strongest = fold * (1 + harmonics[fold::fold].argmax())
+    crest = -np.degrees(np.angle(waves[strongest])) / strongest - 180 + 180 / SECTORS
+    half = 180 / strongest  # a mirror plane has a crest or a trough
+    off = (crest - MIRROR[face] + half / 2) % half - half / 2
     own = harmonics[fold::fold].max()
     other = max(harmonics[n] for n in range(1, 13) if n % fold)
     print(f"   ({face}): harmonics 1 to 12 [nm] " + " ".join(f"{h:.1f}" for h in harmonics[1:]))
@@ -53,6 +54,6 @@ for face, fold in FOLDS.items():
     failures += not good
     print(
         f"{'   ' if good else 'FAILED: '}({face}): {fold}-fold by {own:.1f} nm, all else at most {other:.1f} "
-        f"nm: {own / other:.3g} times; highest {off:+.1f} degrees from where the crystal puts it"
+        f"nm: {own / other:.3g} times; mirror plane, by harmonic {strongest}, {off:+.1f} degrees off"
     )
 sys.exit(1 if failures else 0)
