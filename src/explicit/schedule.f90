@@ -76,9 +76,9 @@ contains
          case (nodal_solve)
             call solve_block(model, l, b, clock)
          case (grid_to_particles)
+            call measure_work(model, l, b, clock%step)
             call leave_out(model, l, b)
             if (is_idle(model, l, b)) return
-            call measure_work(model, l, b, clock%step)
             if (model%levels(l)%blocks(b)%left_out) cycle
             call g2p_block(model, l, b, motion_of(model, l, clock%step), clock%time, error)
             if (model%method%stress_update /= update_usl) call go_to_faces(model, l, b)
@@ -135,12 +135,12 @@ contains
    end subroutine count_left_out
 
    !> Work of effects on the nodes of a block, by their motion; for a parent without particles, on the
-   !> restricted forces.
+   !> restricted forces. Before blocks are left out, whose volume may replace the nodes.
    subroutine measure_work(model, l, b, time_step)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
       real(wp), intent(in) :: time_step !< s
-      if (.not. model%effect_step(l)%acts_on_nodes) return
+      if (is_idle(model, l, b) .or. .not. model%effect_step(l)%acts_on_nodes) return
       call model%timers%enter(phase_nodes)
       call model%effect_step(l)%measure(model%levels(l), b, time_step)
    end subroutine measure_work
