@@ -15,7 +15,7 @@ module m_body_pairs
    use m_surface_elements, only: surface_elements_t, surface_columns_t, find_columns, share_at
    use m_partner_surface, only: meeting_t, find_meetings, reach_of
    use m_partner_nodes, only: wanted_nodes_t
-   use m_partner_point, only: to_contact, place_partner, want_nodes, take_mass, mean_velocity, cap
+   use m_partner_point, only: at_contact, place_partner, want_nodes, take_mass, mean_velocity, cap
    use m_start_gap, only: has_file, gap_of_shapes
    use m_pair_law, only: range_of, overlap_left, find_adhesion
    use m_pair_reactions, only: pair_state_t, pair_of, press_element, add_reaction, close_rings, &
@@ -163,7 +163,7 @@ contains
       do m = 1, self%met
          if (.not. self%may_touch(level, self%meetings(m), time_step)) cycle
          n = n + 1
-         self%meetings(n) = self%meetings(m)
+         self%meetings(n) = at_contact(self%meetings(m), self%elements%last(7, self%meetings(m)%element))
          first_wanted(n) = self%wanted%count + 1
          call place_partner(self%elements, level, self%meetings(n), partners(n))
          call want_nodes(level%grid, partners(n), self%wanted)
@@ -301,7 +301,7 @@ contains
                  span => self%elements%span(:, :, meeting%element), &
                  last => self%elements%last(:, meeting%element), turns => level%layout%domain > 0, &
                  block => level%blocks(self%elements%block(meeting%element)))
-         point = element%point + to_contact(self%elements, meeting)
+         point = element%point + meeting%to_contact
          c%gap = self%gap_of(level, meeting)
          c%allowed = c%gap - meeting%gap
          c%block = self%elements%block(meeting%element)

@@ -12,7 +12,7 @@ module m_partner_point
    use m_contact_point, only: partner_t, place_face, spread_inward
    implicit none
    private
-   public :: to_contact, place_partner, want_nodes, take_mass, mean_velocity, cap
+   public :: at_contact, place_partner, want_nodes, take_mass, mean_velocity, cap
 
    real(wp), parameter :: max_weight = 1.5_wp !< limit of a node's weight, times the root of its mass over the
                                               !< particle's: a node
@@ -25,15 +25,15 @@ module m_partner_point
 
 contains
 
-   !> From the face of an element to where the two surfaces meet, m: faces of bodies that press each other
-   !> overlap by what they give way by below the cells, and each goes back by half of it (theory.md, eq.
+   !> A meeting whose forces act where the surfaces meet: faces of bodies that press each other overlap by
+   !> what they give way by below the cells (m), and each goes back by half of it (theory.md, eq.
    !> meeting-place).
-   pure function to_contact(elements, meeting) result(way)
-      type(surface_elements_t), intent(in) :: elements
+   pure type(meeting_t) function at_contact(meeting, deflection)
       type(meeting_t), intent(in) :: meeting
-      real(wp) :: way(3)
-      way = 0.5_wp*max(0.0_wp, elements%last(7, meeting%element))*meeting%normal
-   end function to_contact
+      real(wp), intent(in) :: deflection
+      at_contact = meeting
+      at_contact%to_contact = 0.5_wp*max(0.0_wp, deflection)*meeting%normal
+   end function at_contact
 
    !> Nodes and weights of the other body of a meeting: averaged over the same face as on the element's body,
    !> on the other side of the gap, and spread inward like the forces of its own elements.
@@ -47,7 +47,7 @@ contains
       partner%field = meeting%field
       partner%element = elements%element(meeting%element)
       associate (grid => level%grid, turns => level%layout%domain > 0)
-         place = (meeting%point - to_contact(elements, meeting) - grid%lower)*grid%per_cell
+         place = (meeting%point - meeting%to_contact - grid%lower)*grid%per_cell
          centre = (meeting%centre - grid%lower)*grid%per_cell
          span = elements%span(:, :, meeting%element)*grid%per_cell
          do k = 1, 3 ! the extent of the element's own domain along the normal does not matter to the other

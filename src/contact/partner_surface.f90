@@ -18,6 +18,7 @@ module m_partner_surface
       real(wp) :: point(3) = 0.0_wp   !< point of the force on the other body, m
       real(wp) :: centre(3) = 0.0_wp  !< mean centre of its particles behind that point, m
       real(wp) :: share = 1.0_wp      !< share of the force at the point; the rest acts at the centre
+      real(wp) :: to_contact(3) = 0.0_wp !< from the element's face to where the surfaces meet, m
       real(wp) :: mass = 0.0_wp       !< of the other body's particles there, kg
       real(wp) :: velocity(3) = 0.0_wp !< of them, m/s
    end type meeting_t

@@ -5,6 +5,7 @@ module m_ghost_penalty
    use m_kinds, only: wp
    use m_node_values, only: node_values, tile_last, v_x, v_z, f_x, f_z
    use m_side_kinds, only: side_kinds
+   use m_grid_level, only: grid_level_t
    use m_level, only: level_t
    use m_material, only: material_t
    use m_scene_materials, only: materials_t
@@ -69,7 +70,8 @@ contains
                corner = place + matmul(r, real(2*[ibits(c, 0, 1), ibits(c, 1, 1), ibits(c, 2, 1)] - 1, wp))
                at = min(max(floor(corner) + 1, 0), tile_last)
                seen(:, c + 1) = at
-               if (any(all(seen(:, :c) == spread(at, 2, c), dim=1))) cycle
+               if (any(all(seen(:, :c) == spread(at, 2, c), dim=1)) .or. any(is_beyond(level%grid, &
+                   tile_node(level, b, at)))) cycle
                associate (node => tile(:, at(1), at(2), at(3)))
                   node(reached) = node(reached) + 1.0_wp
                   node(sum_of_young) = node(sum_of_young) + young(p)
@@ -177,14 +179,24 @@ contains
       type(level_t), intent(in) :: level
       integer, intent(in) :: cell(3), axis !< in the level's grid; beside the cell considered
       type(level_t), intent(in), optional :: finer
+      logical :: beyond(3)
+      beyond = is_beyond(level%grid, cell)
+      elsewhere = beyond(axis)
       associate (home => (cell - modulo(cell, 2))/2) ! in the level above
-         elsewhere = cell(axis) < 0 .and. side_kinds(level%grid%boundary(1, axis))%closed
-         elsewhere = elsewhere .or. (cell(axis) >= level%grid%cells(axis) .and. &
-                                     side_kinds(level%grid%boundary(2, axis))%closed)
          if (level%number > 1) elsewhere = elsewhere .or. .not. level%region%has_all(home, home)
          if (present(finer)) elsewhere = elsewhere .or. finer%region%has_all(cell, cell)
       end associate
    end function is_elsewhere
+
+   !> Along which axes a cell is beyond a closed side. No material is there, though domains at the side may
+   !> reach beyond it as they strain: what they give to nodes there is folded back.
+   pure function is_beyond(grid, cell) result(beyond)
+      type(grid_level_t), intent(in) :: grid
+      integer, intent(in) :: cell(3)
+      logical :: beyond(3)
+      beyond = (cell < 0 .and. side_kinds(grid%boundary(1, :))%closed) &
+               .or. (cell >= grid%cells .and. side_kinds(grid%boundary(2, :))%closed)
+   end function is_beyond
 
    !> Last: find the faces between filled cells of which one is at the surface, node by node; their stiffness
    !> is `share` of the secant modulus times a third of the cell, with a quarter of each face per node.

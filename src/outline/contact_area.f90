@@ -75,9 +75,9 @@ contains
       call gather(communicator, points_near(tool, level, materials, candidates, number, across), points)
       patch = patch_of(points, mirrors_of(level, tool, across), level%grid%cell)
       patch%section = level%grid%section
-      if (patch%section%is_flat()) &
-         patch%in_contact = patch%in_contact .or. between(patch%points, patch%in_contact, &
-                                                          around*level%grid%cell)
+      if (.not. patch%section%is_flat()) return
+      ! not patch%in_contact .or. between(...), of which gfortran 14.2 makes wrong code with AVX-512
+      where (between(patch%points, patch%in_contact, around*level%grid%cell)) patch%in_contact = .true.
    end function patch_under
 
    !> Collective: the area (m2) of a patch.

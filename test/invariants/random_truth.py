@@ -2,7 +2,7 @@
 """Small scenes made by chance: what a run with status 0 says must obey the laws of mechanics, and not depend
 on how it is looked at.
 
-usage: random_truth.py WORK PROGRAM COUNT [--mixtures] [--first SEED] [--only TWIN] [--show SEED] [--jobs N]
+usage: random_truth.py WORK PROGRAM COUNT [--mixtures, --sections] [--first SEED] [--only TWIN] [--show SEED] [--jobs N]
 [--planted WHAT]
 
 Of every scene (scenes.py makes it from its seed): energy never from nothing, little lost without a cause,
@@ -11,7 +11,8 @@ rod. And a second run of it, which must say the same: its mirror image, the whol
 What a run itself warns of, with the size, is printed and is no failure within limits, but for energy from
 nothing. With --mixtures the scenes are those of mixtures.py: contact groups with holes, implicit steps, levels
 that the error places, crystals in grains, files; and the second run is the mirror image, one turned by a right
-angle, two ranks, or one that was stopped and went on. A scene that is refused (status 2) or ends with a numerical fault (status 3 and one sentence) is
+angle, two ranks, or one that was stopped and went on; with --sections those of sections.py, in plane strain or
+of revolution, likewise. A scene that is refused (status 2) or ends with a numerical fault (status 3 and one sentence) is
 counted and printed, and is no failure. Scenes that fail stand in WORK/failed; `--show SEED` prints one."""
 
 import argparse
@@ -32,6 +33,7 @@ from random_scenes import faults_on_disk
 from gimp3d.run_data import History, Unreadable
 from mixtures import MIRROR, QUARTER_TURN, Mixture
 from scenes import CELL, EDGE, Scene
+from sections import Section
 
 LIMIT = 60 * (5 if os.environ.get("BUILD") == "debug" else 1) * float(os.environ.get("SLOWER", 1))  # s
 
@@ -158,7 +160,9 @@ def invariants(scene, run, planted):
     figures["mass"] = np.abs(rows["mass"] / rows["mass"][0] - 1).max()
     bars = {"gain": GAIN, "loss": LOSS, "work": WORK, "mass": MASS}
     if implicit:
-        bars |= {"gain": BOOKS, "loss": BOOKS if scene.static else TRANSFER, "work": TOUCH}
+        # particles that are split leave equilibrium, and what is let go is in no book
+        booked = scene.static and not run.splits
+        bars |= {"gain": BOOKS, "loss": BOOKS if booked else TRANSFER, "work": TOUCH}
     # PIC; tools that bounce
     if (
         scene.family == "groups"
@@ -246,6 +250,8 @@ def apart(run, twin, factor=1, turn=np.eye(3), planted=None):
 
 def kinds_of(scene):
     """How else a scene can be looked at."""
+    if isinstance(scene, Section):
+        return scene.ways()
     if isinstance(scene, Mixture):
         return ["mirrored", "turned", "2 ranks", "restarted"]
     return ["mirrored", "2 ranks"] + (["whole", "whole"] if scene.quarter else [])
@@ -274,7 +280,9 @@ def try_seed(seed, program, work, environment, only, planted, make):
         if other.status != 0 or other.faults:
             wrong.append(f"{kind}: status {other.status}: {other.sentence} {other.faults}")
         else:
-            turn = {"mirrored": MIRROR, "turned": QUARTER_TURN}.get(kind, np.eye(3))
+            turn = {"mirrored": MIRROR, "turned": getattr(scene, "quarter_turn", QUARTER_TURN)}.get(
+                kind, np.eye(3)
+            )
             far = figures[kind] = apart(run, other, 4 if kind == "whole" else 1, turn, planted)
             if not far <= same(scene, kind):
                 wrong.append(f"{kind}: {far:.3g} apart, at most {same(scene, kind):.3g}")
@@ -293,12 +301,13 @@ def main():
     parser.add_argument("--first", type=int, default=1)
     parser.add_argument("--only", choices=["mirrored", "turned", "whole", "2 ranks", "restarted"])
     parser.add_argument("--mixtures", action="store_true", help="scenes of all parts together")
+    parser.add_argument("--sections", action="store_true", help="scenes given by a section")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--show", type=int)
     parser.add_argument("--planted", choices=PLANTED, help="change what a run says, so that it is wrong")
     parser.add_argument("--verbose", action="store_true")
     args = parser.parse_args()
-    make = Mixture if args.mixtures else Scene
+    make = Section if args.sections else Mixture if args.mixtures else Scene
     if args.show is not None:
         print(make(args.show).text())
         return
@@ -347,7 +356,7 @@ def main():
                 wrong_ones.append(seed)
                 (args.work / "failed").mkdir(exist_ok=True)
                 (args.work / f"failed/seed_{seed}.nml").write_text(scene.text())
-                if args.mixtures:
+                if isinstance(scene, Mixture):
                     scene.write_files(args.work / f"failed/FOLDER_{seed}")
     print(
         "largest figures: "
