@@ -4,7 +4,7 @@
 module m_ghost_penalty
    use m_kinds, only: wp
    use m_node_values, only: node_values, tile_last, v_x, v_z, f_x, f_z
-   use m_side_kinds, only: side_kinds
+   use m_side_kinds, only: side_kinds, boundary_symmetry
    use m_grid_level, only: grid_level_t
    use m_level, only: level_t
    use m_material, only: material_t
@@ -215,7 +215,8 @@ contains
                   do i = 0, tile_last
                      do axis = 1, 3, merge(2, 1, level%grid%section%is_flat())
                         if (.not. is_own_node(level, b, [i, j, k], axis)) cycle
-                        total = faces_at(self, tiles(edge, :, :, :, b), b, [i, j, k], axis)
+                        total = faces_at(self, tiles(edge, :, :, :, b), b, [i, j, k], axis, &
+                                         side_at(level%grid, tile_node(level, b, [i, j, k]), axis))
                         if (.not. total > 0.0_wp) cycle
                         n = n + 1
                         if (pass == 1) cycle
@@ -245,11 +246,13 @@ contains
       depth = level%grid%section%depth(level%grid%lower(1) + max(real(node(1), wp), 0.25_wp)*level%grid%cell)
    end function depth_at
 
-   !> Sum of the secant modulus over the relevant faces normal to an axis at a node, Pa.
-   pure real(wp) function faces_at(self, edges, b, node, axis) result(total)
+   !> Sum of the secant modulus over the relevant faces normal to an axis at a node, Pa. On a symmetry plane
+   !> the cell behind it is the mirror image of that before it, and half of the face belongs to either.
+   pure real(wp) function faces_at(self, edges, b, node, axis, side) result(total)
       class(ghost_penalty_t), intent(in) :: self
       real(wp), intent(in) :: edges(0:, 0:, 0:)
       integer, intent(in) :: b, node(3), axis
+      integer, intent(in) :: side !< as side_at
       integer :: first(3), second(3), u, v
       total = 0.0_wp
       do v = -1, 0
@@ -260,6 +263,8 @@ contains
             first = second
             first(axis) = first(axis) - 1
             if (any(first < 0)) cycle
+            if (side == 1) first = second
+            if (side == 2) second = first
             associate (a => first, z => second)
                if (.not. (self%filled(a(1), a(2), a(3), b) .and. self%filled(z(1), z(2), z(3), b))) cycle
                if (.not. max(edges(a(1), a(2), a(3)), edges(z(1), z(2), z(3))) > 0.5_wp) cycle
@@ -267,7 +272,19 @@ contains
             end associate
          end do
       end do
+      if (side > 0) total = 0.5_wp*total
    end function faces_at
+
+   !> 1 for a node on a lower symmetry plane across an axis, 2 on an upper one, else 0. (At the axis of
+   !> revolution faces have no area.)
+   pure integer function side_at(grid, node, axis) result(side)
+      type(grid_level_t), intent(in) :: grid
+      integer, intent(in) :: node(3), axis
+      side = 0
+      if (grid%section%is_round() .and. axis == 1) return
+      if (node(axis) == 0 .and. grid%boundary(1, axis) == boundary_symmetry) side = 1
+      if (node(axis) == grid%cells(axis) .and. grid%boundary(2, axis) == boundary_symmetry) side = 2
+   end function side_at
 
    !> Add a multiple of the penalty's forces under the displacements of `motion` to the forces of `tiles`.
    pure subroutine add_forces(self, motion, factor, tiles)

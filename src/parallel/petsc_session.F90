@@ -14,11 +14,16 @@ contains
       integer, intent(in) :: comm !< Fortran handle of the ranks' communicator
       logical, intent(inout) :: began !< stays true where it is
       PetscErrorCode :: ierr
-      PetscBool :: there
+      PetscBool :: there, given
       PetscCallA(PetscInitialized(there, ierr))
       if (there) return
       PETSC_COMM_WORLD = comm
       PetscCallA(PetscInitialize(PETSC_NULL_CHARACTER, ierr))
+      ! PETSc reads the program's own command line too; 3.22 and later warn of what they do not know there
+      PetscCallA(PetscOptionsHasName(PETSC_NULL_OPTIONS, PETSC_NULL_CHARACTER, '-options_left', given, ierr))
+      if (.not. given) then
+         PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-options_left', 'no', ierr))
+      end if
       began = .true.
    end subroutine begin_petsc
 
