@@ -130,7 +130,7 @@ contains
       end if
       call fill(self%start, max(x, 0.0_wp))
       call solve_free(self, tolerance*size_of_b, max_iterations, iterations, norm)
-      if (.not. norm <= tolerance*size_of_b) &
+      if (.not. norm <= tolerance*size_of_b .and. iterations < max_iterations) &
          call solve_bounded(self, tolerance*size_of_b, max_iterations, iterations, norm)
       residual = norm/max(size_of_b, tiny(size_of_b))
       PetscCallA(VecGetArrayReadF90(self%start, values, ierr))

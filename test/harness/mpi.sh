@@ -10,6 +10,8 @@ export PRTE_MCA_hwloc_default_binding_policy="${PRTE_MCA_hwloc_default_binding_p
 export OMPI_MCA_pml="${OMPI_MCA_pml:-ob1}" OMPI_MCA_btl="${OMPI_MCA_btl:-self,vader}"
 export OMPI_MCA_btl_vader_single_copy_mechanism="${OMPI_MCA_btl_vader_single_copy_mechanism:-none}" OMPI_MCA_smsc="${OMPI_MCA_smsc:-^cma}"
 case ${BUILD:-} in *_coarray) export OMPI_MCA_osc="${OMPI_MCA_osc:-pt2pt}" ;; esac # coarrays work with it on one rank too
-export ASAN_OPTIONS="${ASAN_OPTIONS:-detect_leaks=0}" # of Open MPI itself
+# leaks are of Open MPI itself; frames that gfortran 14 would put on the heap cannot hold the code by which internal procedures
+# are passed on
+export ASAN_OPTIONS="${ASAN_OPTIONS:-detect_leaks=0:detect_stack_use_after_return=0}"
 export OMPI_MCA_ess_singleton_isolated="${OMPI_MCA_ess_singleton_isolated:-1}" # a program run without mpirun starts no daemon
 [ "${BUILD:-}" != debug ] || export PETSC_OPTIONS="${PETSC_OPTIONS:--no_signal_handler}" # else PETSc hides the line of a fault
