@@ -162,7 +162,7 @@ contains
       one%strain = merge(sqrt(2.0_wp/3.0_wp)*sqrt(rates%together(:, 1)**2 + rates%together(:, 2)**2 &
                          + rates%together(:, 3)**2 + rates%together(:, 4)**2 + rates%together(:, 5)**2), &
                          one%strain, finished)
-      one%found = one%found .or. finished
+      where (finished) one%found = .true.
    end subroutine take
 
    !> Raise the reach to at least the value for the rate of the step.

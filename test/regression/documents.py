@@ -196,6 +196,25 @@ for path, code in codes.items():
         if not re.search(rf"(?i)(?:\b|_){re.escape(name)}\b", body):
             say(path, f"imports {name} and does not use it")
 
+# gfortran 14 makes wrong code of these with AVX-512 (findings/gfortran14_avx512_logical_or.sh): instead
+# where (b) a = .true.
+arrays = {
+    name
+    for code in codes.values()
+    for names in re.findall(r"(?mi)^\s*logical\b[^:\n]*::(.*)$", code)
+    for name in re.findall(r"(\w+)\s*\((?:[^()]|\([^()]*\))*\)", names)
+}
+for path, code in codes.items():
+    scalars = {
+        name
+        for names in re.findall(r"(?mi)^\s*logical\b[^:\n]*::(.*)$", code)
+        for name in re.findall(r"(\w+)(?=\s*(?:,|=|$))", re.sub(r"\([^()]*\)", "()", names))
+    }
+    scalars.update(re.findall(r"(?mi)^[^\n]*\bfunction\b[^\n]*\bresult\s*\((\w+)\)", code))
+    for whole, name in re.findall(r"(?mi)^\s*((?:\w+%)*(\w+)) = \1 \.or\. ", code):
+        if name in arrays and name not in scalars:
+            say(path, f"{whole} = {whole} .or. ...: an array of logicals; write where (...) {whole} = .true.")
+
 for path, what in faults(codes):
     say(path, what)
 

@@ -47,6 +47,19 @@ end module
 END
 )"
 echo 'design.md: base does not name gaps' >>expected
+planted 'marks.f90: marked = marked .or. ...: an array of logicals' src/base/marks.f90 "$(cat <<'END'
+module m_marks
+contains
+subroutine mark(marked, more, some)
+logical, intent(inout) :: marked(:), some
+logical, intent(in) :: more(:)
+marked = marked .or. more
+some = some .or. any(marked)
+end subroutine
+end module
+END
+)"
+echo 'design.md: base does not name marks' >>expected
 planted 'design.md: src/stepping/model.f90: no such file' doc/developer/design.md '\nSee `stepping/model.f90`.'
 planted 'kinds.f90: .* lines, more than 450' src/base/kinds.f90 "$(yes '!' | head -450)"
 planted 'kinds.f90: line .* has 118 columns' src/base/kinds.f90 "! $(printf 'word%.0s' $(seq 29))"
