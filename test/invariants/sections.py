@@ -187,7 +187,7 @@ class Section(Mixture):
         left, width, height, on_axis = self.add_foot()
         mode = chance.choice(["static", "static", "newmark"])
         self.static = mode == "static"
-        step = {"step": 0.05, "max_step": 0.05, "mode": mode}
+        step = {"step": 0.05, "max_step": 0.05, "mode": mode, "tolerance": 1e-8}
         if mode == "newmark":
             step["theta"] = chance.choice([0.5, 1.0])
         if chance.random() < 0.6:
