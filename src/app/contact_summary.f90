@@ -26,6 +26,8 @@ contains
       drift = model%communicator%maximum(model%contact%candidates%drift)
       largest = max(balance%largest, sum(abs(model%contact%states%work)))
       late = contact_share(console, model, course)
+      if (abs(model%contact%relaxed()) > 0.0_wp) &
+         call facts%note('relaxed_below_cells_J', to_text(model%contact%relaxed()))
       associate (contact => model%contact, cell => model%levels(size(model%levels))%grid%cell)
          if (.not. (contact%active() .and. contact%solves > 0)) return
          call facts%say('contact: '//to_text(contact%solves)//' solves, '// &
@@ -44,8 +46,7 @@ contains
          call facts%note('contact_steps_above_tolerance', to_text(contact%unsolved))
          call facts%note('largest_overlap_m', to_text(contact%worst_overlap))
          call facts%note('largest_overlap_cells', to_text(contact%worst_overlap/cell))
-         associate (work => sum(contact%states%constraint_work) + sum(contact%pairs%states%work) &
-                            + balance%relaxed)
+         associate (work => sum(contact%states%constraint_work) + sum(contact%pairs%states%work))
             call facts%say('contact: the constraint itself did '//si(work, 'J')//' of work'// &
                            percent(work, largest)//' of the largest energy; gaps carried at most '// &
                            to_text(drift/cell, 3)//' cells off those of the particles')
@@ -53,8 +54,7 @@ contains
          call facts%note('subcell_energy_J', &
                          to_text(sum(contact%states%stored + contact%states%stored_shear) &
                                  + sum(contact%pairs%states%stored + contact%pairs%states%stored_shear)))
-         call facts%note('constraint_work_J', to_text(sum(contact%states%constraint_work) + balance%relaxed))
-         if (balance%relaxed > 0.0_wp) call facts%note('relaxed_below_cells_J', to_text(balance%relaxed))
+         call facts%note('constraint_work_J', to_text(sum(contact%states%constraint_work)))
          call facts%note('largest_drift_cells', to_text(drift/cell))
          text = merge('tension by adhesion only', 'no tension              ', contact%pairs%adheres())
          call facts%say('contact: '//trim(text)//'; force times gap at most '//to_text(bridge, 3)// &

@@ -281,9 +281,8 @@ contains
       integer :: n
       deepest = 0.0_wp
       do n = 1, self%elements%own
-         if (self%elements%last(1, n) > 0.0_wp) deepest = max(deepest, 4.0_wp*self%elements%last(1, n) &
-            *candidates%compliance_of(level, materials, self%elements%block(n), self%elements%particle(n), &
-                                      self%elements%list(n)%edge))
+         deepest = max(deepest, 4.0_wp*self%elements%last(1, n)*candidates%half_spaces%compliance_of(level, &
+            materials, self%elements%block(n), self%elements%particle(n), self%elements%list(n)%edge))
       end do
    end function deepest_of
 
@@ -300,7 +299,7 @@ contains
       associate (element => self%elements%list(meeting%element), &
                  span => self%elements%span(:, :, meeting%element), &
                  last => self%elements%last(:, meeting%element), turns => level%layout%domain > 0, &
-                 block => level%blocks(self%elements%block(meeting%element)))
+                 below => candidates%half_spaces, block => level%blocks(self%elements%block(meeting%element)))
          point = element%point + meeting%to_contact
          c%gap = self%gap_of(level, meeting)
          c%allowed = c%gap - meeting%gap
@@ -329,7 +328,8 @@ contains
          c%pair = pair_of(nint(element%field), meeting%field)
          ! adhesion has its own length at the edge of contact (eq. cohesive-zone)
          if (.not. self%specs(c%pair)%adhesion > 0.0_wp) &
-            c%subcell = candidates%compliance_of(level, materials, c%block, c%particle, element%edge)
+            c%subcell = below%compliance_of(level, materials, c%block, c%particle, element%edge)
+         c%relaxing = below%relaxing(materials%of_body(block%particles%body(c%particle)))
          c%has_friction = has_friction(self%specs(c%pair)%friction)
       end associate
    end subroutine place_candidate

@@ -2,7 +2,6 @@
 !> eqs contact-gap, contact-candidates).
 module m_candidates
    use m_kinds, only: wp
-   use m_communicator, only: communicator_t
    use m_node_values, only: node_values, v_x, v_z
    use m_vectors, only: tangents
    use m_tool, only: tool_t
@@ -15,7 +14,7 @@ module m_candidates
    use m_face_gap, only: near_tool, list_near, deform, thickest, fastest
    use m_rim_cut, only: find_point, is_beside_rim
    use m_friction_law, only: has_friction
-   use m_subcell_modulus, only: half_space_moduli, subcell_compliance
+   use m_subcell_modulus, only: half_spaces_t
    use m_contact_point, only: candidate_t, partner_t, no_candidate, drift_of, set_face, point_velocity, &
                               place_of, width_of, overlap_rate, margin
    implicit none
@@ -37,9 +36,7 @@ module m_candidates
       integer :: dragged = 0   !< first column of those by friction
       integer :: left = 0      !< first column of the velocities that pressed points are left with, less those
                                !< that the tool is given; 0: none
-      real(wp) :: subcell = 0.0_wp         !< factor of the compliance below a cell; 0: none
-      real(wp), allocatable :: modulus(:)  !< of the half-space, by materials, Pa
-      real(wp), allocatable :: widest(:)   !< (bodies): edge of the particles as they are filled in, cells
+      type(half_spaces_t) :: half_spaces
       real(wp), allocatable :: deepest(:)  !< (tools): the largest pressure of the last step, of all ranks,
                                            !< times that compliance, m
       integer, allocatable :: before(:) !< each block's, candidates of the blocks before it; of tools
@@ -52,9 +49,7 @@ module m_candidates
       procedure :: add_pair
       procedure :: order_pairs
       procedure :: pressed
-      procedure :: know_moduli
       procedure :: make_point
-      procedure :: compliance_of
       procedure, private :: search
       procedure, private :: consider
       procedure, private :: take
@@ -157,15 +152,6 @@ contains
       end do
    end subroutine search
 
-   !> Collective: the present moduli of the half-spaces of all materials.
-   subroutine know_moduli(self, communicator, level, materials)
-      class(candidates_t), intent(inout) :: self
-      type(communicator_t), intent(in) :: communicator
-      type(level_t), intent(in) :: level
-      type(materials_t), intent(in) :: materials
-      self%modulus = half_space_moduli(communicator, level, materials, self%pressure)
-   end subroutine know_moduli
-
    !> How far before they touch a tool points are candidates: those that the surface below the cells lets
    !> touch first count too, but not those of a second layer, m.
    pure real(wp) function width_ahead(self, t, edge) result(width)
@@ -251,8 +237,9 @@ contains
       p = number(2)
       associate (column => level%blocks(number(1))%particles%column)
          new = no_candidate
-         call find_point(tool, level, materials, number(1), p, reach, self%compliance_of(level, materials, &
-                         number(1), p, 0.0_wp) > 0.0_wp, new, edge, thickness)
+         call find_point(tool, level, materials, number(1), p, reach, &
+                         self%half_spaces%compliance_of(level, materials, number(1), p, 0.0_wp) > 0.0_wp, &
+                         new, edge, thickness)
          if (new%gap > reach) return
          if (is_beside_rim(new, edge, column(p, self%carried + number(3) - 1))) return
          held = .false.
@@ -351,26 +338,11 @@ contains
                        (c%from + c%arm - block%origin)*level%grid%per_cell, &
                        span*spread(c%spans, 1, 3)*level%grid%per_cell)
          call set_area(c, level, edge, thickness, column(p, at%volume))
-         c%subcell = self%compliance_of(level, materials, number(1), p, width_of(c))
+         c%subcell = self%half_spaces%compliance_of(level, materials, number(1), p, width_of(c))
+         c%relaxing = self%half_spaces%relaxing(materials%of_body(block%particles%body(p)))
          c%area = c%share*c%area
       end associate
    end subroutine make_point
-
-   !> What the half-space below a face (m wide) of a particle gives way by, m/Pa.
-   pure real(wp) function compliance_of(self, level, materials, b, p, width) result(compliance)
-      class(candidates_t), intent(in) :: self
-      type(level_t), intent(in) :: level
-      type(materials_t), intent(in) :: materials
-      integer, intent(in) :: b, p !< numbers of the block and the particle
-      real(wp), intent(in) :: width
-      compliance = 0.0_wp
-      if (.not. self%subcell > 0.0_wp) return
-      associate (body => level%blocks(b)%particles%body(p))
-         compliance = self%subcell*subcell_compliance( &
-                      level%grid%cell, self%modulus(materials%of_body(body)), &
-                      max(width, self%widest(body)*level%grid%cell))
-      end associate
-   end function compliance_of
 
    !> Area of the face of a candidate whose place is known.
    pure subroutine set_area(c, level, edge, thickness, volume)

@@ -66,6 +66,7 @@ module m_contact
       procedure :: build
       procedure :: declare
       procedure :: active
+      procedure :: relaxed
       procedure :: apply
       procedure :: follow
       procedure :: finish_step
@@ -102,9 +103,8 @@ contains
          self%tools(t) = make_tool(scene%tools(t), reshape([scene%grid%lower, scene%grid%upper], [3, 2]))
       end do
       self%spec = scene%contact
-      self%candidates%subcell = scene%contact%subcell
       allocate (self%candidates%deepest(size(scene%tools)), source=0.0_wp)
-      self%candidates%widest = 1.0_wp/real(scene%bodies%particles_per_cell, wp)**(1.0_wp/3.0_wp)
+      call self%candidates%half_spaces%build(scene)
       allocate (self%given(6, size(scene%tools)), self%before(6, size(scene%tools)), source=0.0_wp)
       call self%pairs%build(scene)
       self%pairs%subcell = scene%contact%subcell
@@ -144,6 +144,12 @@ contains
       active = size(self%tools) > 0 .or. self%pairs%active()
    end function active
 
+   !> Energy that laws which relax have dissipated below the cells since the start, J.
+   pure real(wp) function relaxed(self)
+      class(contact_t), intent(in) :: self
+      relaxed = sum(self%states%relaxed) + sum(self%pairs%states%relaxed)
+   end function relaxed
+
    !> Collective: add the contact forces of one step to the solved nodes. On entry `nodes` holds the motion
    !> without contact; tools are at their positions at `time`, until `finish_step`.
    subroutine apply(self, communicator, level, materials, time, time_step, error)
@@ -160,7 +166,7 @@ contains
          self%before(:, t) = [self%tools(t)%velocity, self%tools(t)%spin]
          call self%tools(t)%begin_step(time, time_step)
       end do
-      call self%candidates%know_moduli(communicator, level, materials)
+      call self%candidates%half_spaces%renew(communicator, level, materials, self%candidates%pressure)
       call self%candidates%find(self%tools, level, materials, time_step, self%states%overlap)
       if (self%pairs%active()) &
          call self%pairs%find(communicator, level, materials, time, time_step, self%candidates)
@@ -169,7 +175,7 @@ contains
       if (self%has_problem) then
          call assemble(self%system, communicator, self%tools, self%candidates, level, &
                        self%spec%compliance, time_step, &
-                       self%spec%subcell > 0.0_wp .and. any(self%candidates%modulus > 0.0_wp))
+                       self%spec%subcell > 0.0_wp .and. any(self%candidates%half_spaces%modulus > 0.0_wp))
          call self%solve(level, time_step, error)
          call check_nodes(self%candidates, self%tools, level, error)
          allocate (forces(self%system%rows))
@@ -420,6 +426,7 @@ contains
          end associate
       end do
       if (self%pairs%active()) call self%pairs%add_up(communicator)
+      call self%candidates%half_spaces%end_step()
       self%worst_overlap = maxval([self%worst_overlap, self%states%overlap, self%pairs%overlap])
       candidates = nint(sum(self%reactions%candidates) + sum(self%pairs%step%candidates), i8)
       self%largest = max(self%largest, candidates)

@@ -30,6 +30,8 @@ module m_contact_point
       real(wp) :: subcell = 0.0_wp !< compliance of the half-space below a cell, m/Pa (eq. subcell)
       real(wp) :: deflection = 0.0_wp !< deflection of its surface by pressures that vary within a cell, m,
       real(wp) :: shear_deflection(3) = 0.0_wp !< and tangential deflection by friction, m
+      real(wp) :: relaxing = 0.0_wp !< share of its deflection by relaxation of the material in this step
+      real(wp) :: relaxed = 0.0_wp  !< energy dissipated in that, J
       real(wp) :: drift = 0.0_wp !< carried gap minus that by the particle's position and shape, m
       real(wp) :: speed = 0.0_wp !< speed of its contact point along the normal, from the nodes without
                                  !< contact, m/s

@@ -42,6 +42,8 @@ contains
                               (w(c) - b(c))/scale - (system%softness(c)/scale**2 - subcell(c))*it%force)
             last = size(x) + 2*it%frictional
             if (it%frictional > 0) it%shear_deflection = matmul(it%tangent, deflection(last - 1:last))
+            it%relaxed = 0.5_wp*it%relaxing*(it%force*it%deflection + dot_product( &
+                                             matmul(it%tangent, it%tangential_force), it%shear_deflection))
             if (it%tool == 0) cycle ! body_pairs keeps it
             column(it%particle, candidates%pressure) = it%force/it%area
             associate (deepest => candidates%deepest(it%tool))

@@ -32,6 +32,7 @@ module m_pair_reactions
       real(wp) :: pressed = 0.0_wp     !< done as an overlap was removed, since the start, J
       real(wp) :: stored = 0.0_wp       !< elastic energy stored in the bodies below the cells, J:
       real(wp) :: stored_shear = 0.0_wp !< and the part of friction in it, J
+      real(wp) :: relaxed = 0.0_wp      !< dissipated there since the start, by laws that relax, J
       real(wp) :: candidates = 0.0_wp  !< number of candidates
    end type pair_state_t
 
@@ -152,6 +153,7 @@ contains
       state%parting = state%parting + time_step*c%adhesive_tension*c%opening
       state%stored = state%stored + 0.5_wp*c%force*c%deflection
       state%stored_shear = state%stored_shear + 0.5_wp*dot_product(force_of(c), c%shear_deflection)
+      state%relaxed = state%relaxed + c%relaxed
       state%pressed = state%pressed + time_step*c%force*press_rate(spec, time)*overlap
       ! also for points without pressure between pressed ones
       if (c%gap + time_step*c%opening + c%deflection <= overlap_rate*width_of(c)) &
@@ -188,7 +190,8 @@ contains
          if (.not. any(abs(step(n)%force) > 0.0_wp)) step(n)%area = 0.0_wp ! contact without force
       end do
       step%heat = step%heat + states%heat
-      step%work = step%work + states%work + (step%stored - states%stored)
+      step%work = step%work + states%work + (step%stored - states%stored) + step%relaxed
+      step%relaxed = step%relaxed + states%relaxed
       step%parting = step%parting + states%parting
       step%pressed = step%pressed + states%pressed
       states = step

@@ -2,13 +2,29 @@
 !> within a cell (theory.md, eqs subcell, half-space).
 module m_subcell_modulus
    use m_kinds, only: wp
+   use m_scene, only: scene_t
    use m_communicator, only: communicator_t
    use m_material, only: material_t
    use m_scene_materials, only: materials_t
    use m_level, only: level_t
    implicit none
    private
-   public :: young_modulus, half_space_moduli, subcell_compliance
+   public :: half_spaces_t, young_modulus
+
+   !> The half-spaces below the contact points of a scene.
+   type :: half_spaces_t
+      real(wp) :: factor = 0.0_wp !< of the compliance below a cell (&contact subcell); 0: none
+      real(wp), allocatable :: widest(:)   !< (bodies): edge of the particles as they are filled in, cells
+      real(wp), allocatable :: modulus(:)  !< (materials): E/(1 - nu^2), Pa
+      real(wp), allocatable :: last(:)     !< (materials): the same in the last step; 0 in the first
+   contains
+      procedure :: build
+      procedure :: renew
+      procedure :: end_step
+      procedure :: compliance
+      procedure :: compliance_of
+      procedure :: relaxing
+   end type half_spaces_t
 
    real(wp), parameter :: narrow_face = 0.6_wp  !< faces up to this width, in cells, get the full term
    real(wp), parameter :: wide_face = 0.9_wp    !< wider faces get none: one point a cell does not resolve
@@ -42,19 +58,29 @@ contains
       if (wave > shear) modulus = 4.0_wp*shear*(wave - shear)/wave
    end function half_space_modulus
 
-   !> Collective: the moduli of all materials, Pa; of those that relax, as far as the stress of the particles
-   !> that were pressed in the last step has not (theory.md, eq. subcell-relaxed). One share for all of a
-   !> material: by particle it would jump from step to step where a stress is small.
-   function half_space_moduli(communicator, level, materials, pressure) result(modulus)
+   !> What a scene says of them.
+   subroutine build(self, scene)
+      class(half_spaces_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      self%factor = scene%contact%subcell
+      self%widest = 1.0_wp/real(scene%bodies%particles_per_cell, wp)**(1.0_wp/3.0_wp)
+      allocate (self%modulus(size(scene%materials)), self%last(size(scene%materials)), source=0.0_wp)
+   end subroutine build
+
+   !> Collective: the moduli of all materials in this step; of those that relax, as far as the stress of the
+   !> particles that were pressed in the last step has not (theory.md, eq. subcell-relaxed). One share for all
+   !> of a material: by particle it would jump from step to step where a stress is small.
+   subroutine renew(self, communicator, level, materials, pressure)
+      class(half_spaces_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: level
       type(materials_t), intent(in) :: materials
       integer, intent(in) :: pressure !< column of the contact pressure
-      real(wp) :: modulus(size(materials%slots)), parts(2), share
+      real(wp) :: parts(2), share
       integer :: b, m, p
       do m = 1, size(materials%slots)
          associate (law => materials%slots(m)%law)
-            modulus(m) = half_space_modulus(law)
+            self%modulus(m) = half_space_modulus(law)
             if (.not. law%long_term_share() < 1.0_wp) cycle
             parts = 0.0_wp
             do b = 1, size(level%blocks)
@@ -70,10 +96,48 @@ contains
             parts = [communicator%sum_real(parts(1)), communicator%sum_real(parts(2))]
             share = 1.0_wp
             if (parts(2) > 0.0_wp) share = max(law%long_term_share(), min(1.0_wp, parts(1)/parts(2)))
-            modulus(m) = share*modulus(m)
+            self%modulus(m) = share*self%modulus(m)
          end associate
       end do
-   end function half_space_moduli
+   end subroutine renew
+
+   !> After a step: its moduli become those of the last one.
+   pure subroutine end_step(self)
+      class(half_spaces_t), intent(inout) :: self
+      self%last = self%modulus
+   end subroutine end_step
+
+   !> The share of a deflection that came by relaxation in this step, at an unchanged force; below 0 where the
+   !> material became stiffer. Half of force times it is dissipated (theory.md, eq. relaxed-below).
+   pure real(wp) function relaxing(self, material) result(share)
+      class(half_spaces_t), intent(in) :: self
+      integer, intent(in) :: material !< its number
+      share = 0.0_wp
+      if (self%last(material) > 0.0_wp) share = 1.0_wp - self%modulus(material)/self%last(material)
+   end function relaxing
+
+   !> What the half-space below a face (m wide) of a particle gives way by, m/Pa.
+   pure real(wp) function compliance_of(self, level, materials, b, p, width) result(compliance)
+      class(half_spaces_t), intent(in) :: self
+      type(level_t), intent(in) :: level
+      type(materials_t), intent(in) :: materials
+      integer, intent(in) :: b, p !< numbers of the block and the particle
+      real(wp), intent(in) :: width
+      compliance = 0.0_wp
+      if (.not. self%factor > 0.0_wp) return
+      associate (body => level%blocks(b)%particles%body(p))
+         compliance = self%compliance(level%grid%cell, materials%of_body(body), &
+                                      max(width, self%widest(body)*level%grid%cell))
+      end associate
+   end function compliance_of
+
+   !> The same of a material, below a face of a width.
+   pure real(wp) function compliance(self, cell, material, width)
+      class(half_spaces_t), intent(in) :: self
+      real(wp), intent(in) :: cell, width !< m
+      integer, intent(in) :: material     !< its number
+      compliance = self%factor*subcell_compliance(cell, self%modulus(material), width)
+   end function compliance
 
    !> Deflection per unit of pressure that varies within a cell, for a factor of 1, m/Pa: the cell over the
    !> modulus; less for faces as wide as a cell.

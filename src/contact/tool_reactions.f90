@@ -29,6 +29,7 @@ module m_tool_reactions
       real(wp) :: impulse(3) = 0.0_wp   !< given to the bodies since the start, N s
       real(wp) :: stored = 0.0_wp       !< elastic energy stored in the bodies below the cells under it, J:
       real(wp) :: stored_shear = 0.0_wp !< and the part of friction in it, J
+      real(wp) :: relaxed = 0.0_wp      !< dissipated there since the start, by laws that relax, J
    contains
       procedure :: accumulate
       procedure :: count_mean_motion
@@ -46,6 +47,7 @@ module m_tool_reactions
       real(wp) :: constraint_work = 0.0_wp !< J
       real(wp) :: stored = 0.0_wp          !< J
       real(wp) :: stored_shear = 0.0_wp    !< J
+      real(wp) :: relaxed = 0.0_wp         !< J
       real(wp) :: candidates = 0.0_wp      !< number of candidates
    end type reaction_t
 
@@ -72,6 +74,7 @@ contains
             sums%candidates = sums%candidates + 1.0_wp
             sums%constraint_work = sums%constraint_work + time_step*it%force*it%opening
             sums%stored = sums%stored + 0.5_wp*it%force*it%deflection
+            sums%relaxed = sums%relaxed + it%relaxed
             if (it%frictional == 0) cycle
             tangential = matmul(it%tangent, it%tangential_force)
             sums%load = sums%load - tangential
@@ -80,7 +83,8 @@ contains
             sums%stored_shear = sums%stored_shear + 0.5_wp*dot_product(tangential, it%shear_deflection)
             sums%moment = sums%moment - cross(arm, tangential)
             sums%heat = sums%heat - time_step*dot_product(tangential, point_velocity(level, it) &
-                                                          - tool_velocity(tools, it))
+                                                          - tool_velocity(tools, it)) &
+                        - 0.5_wp*it%relaxing*dot_product(tangential, it%shear_deflection)
          end associate
       end do
       call close_ring(reactions, level%grid%section)
@@ -157,8 +161,10 @@ contains
                   + time_step*(dot_product(reaction%friction_force, velocity_change) &
                                + dot_product(reaction%rub_moment, spin_change))
       self%particle_work = self%particle_work + reaction%particle_work
-      self%constraint_work = self%constraint_work + reaction%constraint_work + (reaction%stored - self%stored)
+      self%constraint_work = self%constraint_work + reaction%constraint_work + reaction%relaxed &
+                             + (reaction%stored - self%stored)
       self%heat = self%heat - (reaction%stored_shear - self%stored_shear)
+      self%relaxed = self%relaxed + reaction%relaxed
       self%stored = reaction%stored
       self%stored_shear = reaction%stored_shear
       self%work = self%work - time_step*dot_product(self%load, tool%velocity)

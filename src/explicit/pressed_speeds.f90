@@ -33,7 +33,7 @@ contains
          call contact%tools(t)%begin_step(time, time_step, have_pushed=.true.) ! loads act once a step
          contact%given(:, t) = given_motion(contact%tools(t))
       end do
-      call contact%candidates%know_moduli(communicator, level, materials)
+      call contact%candidates%half_spaces%renew(communicator, level, materials, contact%candidates%pressure)
       call contact%candidates%find(contact%tools, level, materials, time_step, overlap, again=.true.)
       call contact%make_room(communicator)
       if (.not. contact%has_problem) return

@@ -92,8 +92,9 @@ contains
       real(wp) :: edge, thickness, young
       associate (c => new%point, block => level%blocks(b), column => level%blocks(b)%particles%column, &
                  pressure => candidates%pressure, friction => candidates%traction)
-         call find_point(self%tools%now(t), level, materials, b, p, reach, candidates%compliance_of(level, &
-                         materials, b, p, 0.0_wp) > 0.0_wp, c, edge, thickness)
+         call find_point(self%tools%now(t), level, materials, b, p, reach, &
+                         candidates%half_spaces%compliance_of(level, materials, b, p, 0.0_wp) > 0.0_wp, c, &
+                         edge, thickness)
          if (.not. c%gap <= reach) return
          if (is_beside_rim(c, edge, column(p, candidates%carried + t - 1))) return
          call out_of_tool(c%gap, c%normal)

@@ -53,7 +53,8 @@ contains
          end do
       end do
       associate (finest => model%levels(size(model%levels)))
-         call model%contact%candidates%know_moduli(model%communicator, finest, model%materials)
+         call model%contact%candidates%half_spaces%renew(model%communicator, finest, model%materials, &
+                                                         model%contact%candidates%pressure)
          call contact%find(finest, model%materials, model%contact%candidates, reach*finest%grid%cell, &
                            compliance)
          if (model%contact%pairs%active()) &
@@ -156,6 +157,7 @@ contains
                                   model%contact%candidates%pressure)
       model%contact%worst_overlap = maxval([model%contact%worst_overlap, model%contact%states%overlap, &
                                             model%contact%pairs%overlap])
+      call model%contact%candidates%half_spaces%end_step()
       associate (candidates => nint(sum(reactions%candidates) + sum(model%contact%pairs%step%candidates), i8))
          model%contact%largest = max(model%contact%largest, candidates)
          model%contact%handled = model%contact%handled + candidates
@@ -288,6 +290,7 @@ contains
          sums%stored = sums%stored + 0.5_wp*share*(own*(it%force**2 + rubs**2) &
                                                    + it%force*dot_product(it%normal, it%deflection))
          sums%stored_shear = sums%stored_shear + 0.5_wp*share*dot_product(it%friction_force, it%deflection)
+         sums%relaxed = sums%relaxed + share*it%relaxed()
          if (.not. rubs > 0.0_wp) return
          slip = it%slip + it%contact_compliance*it%friction_force
          heat = -dot_product(it%friction_force, slip)

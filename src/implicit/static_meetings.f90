@@ -9,7 +9,7 @@ module m_static_meetings
    use m_contact_point, only: candidate_t, partner_t, width_of, margin
    use m_candidates, only: candidates_t
    use m_subcell, only: beside_subcell
-   use m_subcell_modulus, only: subcell_compliance, young_modulus
+   use m_subcell_modulus, only: young_modulus
    use m_partner_point, only: place_partner
    use m_pair_reactions, only: pair_of
    use m_body_pairs, only: body_pairs_t
@@ -81,8 +81,8 @@ contains
          do body = 1, size(materials%of_body)
             if (level%field_of_body(body) /= field) cycle
             young = min(young, modulus_of(body))
-            subcell = max(subcell, candidates%subcell*subcell_compliance(level%grid%cell, &
-               candidates%modulus(materials%of_body(body)), 0.0_wp))
+            subcell = max(subcell, candidates%half_spaces%compliance(level%grid%cell, &
+                                                                     materials%of_body(body), 0.0_wp))
          end do
          ! both sides of a contact have points, and each bears half
          new%contact_compliance = 2.0_wp*share*compliance*level%grid%cell/(young*it%area)
@@ -161,9 +161,10 @@ contains
       real(wp), intent(in) :: time_step !< s
       integer, intent(in) :: pressure   !< column of the contact pressure
       type(candidates_t) :: accumulated
-      real(wp) :: stored(size(bodies%states))
+      real(wp), dimension(size(bodies%states)) :: stored, relaxed
       integer :: n
       stored = bodies%states%stored
+      relaxed = bodies%states%relaxed
       accumulated%partners = contact%pairs%partners
       allocate (accumulated%list(contact%pairs%count))
       do n = 1, contact%count
@@ -181,6 +182,7 @@ contains
                c%gap = it%point%gap + it%point%deflection - dot_product(it%normal, it%deflection)
                c%deflection = dot_product(it%normal, it%deflection)
                c%shear_deflection = it%deflection - c%deflection*it%normal
+               c%relaxed = contact%share*it%relaxed()
                if (.not. c%has_friction) cycle
                c%limit = contact%share*contact%limit(n, it%force)
                c%frictional = 1
@@ -193,7 +195,8 @@ contains
       bodies%first = 1
       call bodies%keep(level, materials, accumulated, time_step, pressure)
       call bodies%add_up(communicator)
-      bodies%states%work = bodies%states%work - (bodies%states%stored - stored)
+      bodies%states%work = bodies%states%work - (bodies%states%stored - stored) &
+                           - (bodies%states%relaxed - relaxed)
    end subroutine accumulate_meetings
 
 end module m_static_meetings

@@ -34,6 +34,7 @@ module m_static_point
       logical :: pressed = .false.       !< pressed, in the active set of the linear problem
    contains
       procedure :: node_gap
+      procedure :: relaxed
       procedure :: law
       procedure :: resist
       procedure :: self_stiffness
@@ -106,6 +107,14 @@ contains
       class(static_point_t), intent(in) :: self
       node_gap = self%gap - dot_product(self%normal, self%beside)
    end function node_gap
+
+   !> Dissipated below the cells in the step as the material relaxed, of the solver's forces, J: work is by
+   !> the mean of the forces at both ends (theory.md, eq. relaxed-below).
+   pure real(wp) function relaxed(self)
+      class(static_point_t), intent(in) :: self
+      relaxed = 0.5_wp*self%point%relaxing*dot_product(self%force_before*self%normal + self%friction_before, &
+                                                       self%deflection)
+   end function relaxed
 
    !> The component of a vector orthogonal to a normal.
    pure function across(normal, vector) result(part)

@@ -32,7 +32,7 @@ contains
       real(wp) :: deepest
       integer :: number(contact%count), c, last, n
       contact%lag = 0.0_wp
-      if (.not. model%contact%candidates%subcell > 0.0_wp) return
+      if (.not. model%contact%candidates%half_spaces%factor > 0.0_wp) return
       deepest = model%communicator%maximum(deepest_of(contact))
       if (.not. deepest > 0.0_wp) return
       call choose_points(contact, deepest, points, number)

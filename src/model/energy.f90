@@ -31,7 +31,6 @@ module m_energy
       type(sums_t) :: start, now
       real(wp) :: external_work = 0.0_wp      !< done by tools and effects, J
       real(wp) :: damped = 0.0_wp !< dissipated by effects, friction and the merging of particles, J
-      real(wp) :: relaxed = 0.0_wp !< of damped: below the cells under contact, by laws that relax, J
       real(wp) :: driven = 0.0_wp !< net energy supplied by effects that should dissipate, J
       real(wp) :: largest = 0.0_wp            !< largest energy or work so far, J: reference of the error
       real(wp) :: worst = 0.0_wp              !< largest error so far, J
@@ -227,22 +226,15 @@ contains
       if (allocated(model%atoms)) self%external_work = self%external_work + model%atoms%tool_work &
                                                        - model%atoms%tool_work_in_balance
       self%damped = taken + self%now%dissipated + sum(model%contact%states%heat) &
-                    + sum(model%contact%pairs%states%heat) &
+                    + sum(model%contact%pairs%states%heat) + model%contact%relaxed() &
                     + sum(model%contact%pairs%states%parting) + model%lost + accumulated(4) &
                     + model%static_losses%total()
       if (allocated(model%atoms)) self%damped = self%damped + model%atoms%sums%taken
       associate (states => model%contact%states)
          if (model%contact%followed) self%tools_apart = sum(states%work - states%heat - states%stored &
-                                                            - states%stored_shear - states%particle_work)
+                                              - states%stored_shear - states%relaxed - states%particle_work)
       end associate
       if (allocated(model%atoms)) self%tools_apart = self%tools_apart - model%atoms%tool_work_in_balance
-      self%relaxed = 0.0_wp
-      if (relaxes_below(model)) then
-         self%relaxed = max(0.0_wp, self%tools_apart)
-         self%tools_apart = self%tools_apart - self%relaxed
-         self%relaxed = self%relaxed + max(0.0_wp, -sum(model%contact%pairs%states%work))
-      end if
-      self%damped = self%damped + self%relaxed
       self%driven = max(0.0_wp, -taken)
       self%largest = max(self%largest, abs(self%external_work), abs(self%damped), self%now%energy())
       self%worst = max(self%worst, abs(self%excess()))
@@ -252,18 +244,6 @@ contains
       self%worst_of_effects = max(self%worst_of_effects, abs(self%effects_apart))
       self%worst_of_tools = max(self%worst_of_tools, abs(self%tools_apart))
    end subroutine take
-
-   !> The compliance below the cells grows as the stress of a law relaxes: what the forces of contact do, and
-   !> neither particles nor that compliance store, is dissipated there.
-   pure logical function relaxes_below(model)
-      type(model_t), intent(in) :: model
-      integer :: m
-      relaxes_below = .false.
-      if (.not. model%contact%candidates%subcell > 0.0_wp) return
-      do m = 1, size(model%materials%slots)
-         relaxes_below = relaxes_below .or. model%materials%slots(m)%law%long_term_share() < 1.0_wp
-      end do
-   end function relaxes_below
 
    !> External work by the motion of the particles, J; for effects that do not provide it, the accumulated
    !> work.

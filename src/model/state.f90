@@ -21,7 +21,7 @@ module m_state
    private
    public :: describe_state, block_state, set_block_state, regions_of, set_regions
 
-   integer, parameter, public :: state_format = 14 !< of checkpoints
+   integer, parameter, public :: state_format = 15 !< of checkpoints
    integer, parameter, public :: block_reals = 13  !< per block
    integer, parameter :: sums = 12
    integer(i8), parameter :: max_faces = 2_i8**25 !< of the ghost penalty, of all ranks
@@ -163,6 +163,7 @@ contains
          call describe_tools(store, contact%tools, contact%states, contact%candidates%deepest, error)
          call describe_freedoms(store, contact%tools, error)
          call describe_pairs(store, contact%pairs, error)
+         call store%reals('/state/half_spaces', contact%candidates%half_spaces%last, error)
          worst = [contact%worst_residual, contact%worst_overlap, &
                   model%communicator%maximum(contact%worst_bridge), contact%friction%steepest, &
                   model%communicator%maximum(contact%candidates%drift)]
@@ -181,14 +182,14 @@ contains
       type(tool_state_t), intent(inout) :: states(:)
       real(wp), intent(inout) :: deepest(:) !< (tools): deflections below the cells, m
       type(error_t), intent(inout) :: error
-      real(wp) :: values(19, max(1, size(tools))) ! a row even for contact between bodies only
+      real(wp) :: values(20, max(1, size(tools))) ! a row even for contact between bodies only
       integer :: t
       values = 0.0_wp
       do t = 1, size(tools)
          associate (freedom => tools(t)%freedoms(1), state => states(t))
             values(:, t) = [freedom%travel, freedom%speed, state%load, state%moment, state%overlap, &
                             state%work, state%heat, state%constraint_work, state%particle_work, &
-                            state%impulse, state%stored, state%stored_shear, deepest(t)]
+                            state%impulse, state%stored, state%stored_shear, state%relaxed, deepest(t)]
          end associate
       end do
       call store%reals('/state/tools', values, error)
@@ -198,8 +199,8 @@ contains
             freedom%speed = v(2)
             states(t) = tool_state_t(load=v(3:5), moment=v(6:8), overlap=v(9), work=v(10), heat=v(11), &
                                      constraint_work=v(12), particle_work=v(13), impulse=v(14:16), &
-                                     stored=v(17), stored_shear=v(18))
-            deepest(t) = v(19)
+                                     stored=v(17), stored_shear=v(18), relaxed=v(19))
+            deepest(t) = v(20)
          end associate
       end do
    end subroutine describe_tools

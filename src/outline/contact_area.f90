@@ -148,8 +148,9 @@ contains
                   end associate
                   count = count + 1
                   modulus = 0.0_wp
-                  if (candidates%compliance_of(level, materials, b, near(n), edge) > 0.0_wp) &
-                     modulus = candidates%modulus(materials%of_body(block%particles%body(near(n))))
+                  if (candidates%half_spaces%compliance_of(level, materials, b, near(n), edge) > 0.0_wp) &
+                     modulus = candidates%half_spaces%modulus( &
+                               materials%of_body(block%particles%body(near(n))))
                   ! the gap is that of a ball: a surface across the axis on top of the ball has it here; an
                   ! elastic surface leaves the tool along its face, where the contact point is
                   lies = merge(0.0_wp, abs(dot_product(normal, tool%spec%axis)), modulus > 0.0_wp)

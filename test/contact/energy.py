@@ -58,7 +58,7 @@ FLIGHTS = {
             "locking": False,
         },
         0.02,
-        4e-3,  # what the relaxation below the cells takes is booked apart; a step late
+        2.5e-3,  # 1e-3 with short steps; 4e-2 if relaxation below the cells were not booked
     ),
     "plain": ({"more": ", transfer='plain'"}, 0.02),
     "corners": ({"domain": "corners"}, 0.02),

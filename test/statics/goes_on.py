@@ -1,6 +1,6 @@
 """Implicit steps that go on from a checkpoint give the same bits as ones that were never stopped, on the same
-number of ranks: friction of bodies and of a tool, a tool with a load on material that creeps, metal with
-inertia. usage: goes_on.py (in an empty directory; GIMP3D is the program)"""
+number of ranks: friction of bodies and of a tool, a tool with a load on material that creeps, one on material
+that relaxes, metal with inertia. usage: goes_on.py (in an empty directory; GIMP3D is the program)"""
 
 import os
 import subprocess
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from static_scenes import ROOT, finish, last_particles, require, run
+from static_scenes import ROOT, History, finish, last_particles, require, run
 
 BALL = """&scene title='{name}', end_time=1.5 /
 &grid lower=0,0,0, upper=8,8,6, cell_size=1, boundary='symmetry','free','symmetry','free','fixed','free' /
@@ -22,6 +22,11 @@ SCENES = {
     "creeps": (
         "model='norton', creep_stress=0.1, creep_rate=0.1, creep_exponent=3",
         "loads=0,0.5,0, mass=1, friction=0.3",
+        "step=0.25, max_step=0.25",
+    ),
+    "relaxes": (
+        "model='maxwell', relaxation_times=0.7, shear_ratios=0.8, bulk_ratios=0.6",
+        "speeds=1.5,0.2,0, friction=0.3",
         "step=0.25, max_step=0.25",
     ),
     "swings": (
@@ -50,11 +55,14 @@ def goes_on(name, text, ranks):
         f"{name}, {ranks} ranks: energies, the same bits",
         rows == Path(name, "energy.dat").read_text().splitlines(),
     )
+    if "maxwell" in text:
+        relaxed = float(History(Path(name) / "cost.dat").notes["relaxed_below_cells_J"])
+        require(f"{name}: {relaxed:.3g} J were dissipated below the cells", relaxed > 1e-4)
 
 
 if __name__ == "__main__":
     for number, (name, (law, moves, steps)) in enumerate(SCENES.items()):
-        goes_on(name, BALL.format(name=name, law=law, moves=moves, steps=steps), 1 + number)
+        goes_on(name, BALL.format(name=name, law=law, moves=moves, steps=steps), 1 + number % 2)
     roller = (ROOT / "input/static_roller.nml").read_text()
     goes_on(
         "roller", roller.replace("end_time=1 ", "end_time=0.4 ").replace("out/static_roller", "roller"), 1
