@@ -329,7 +329,7 @@ contains
          ! adhesion has its own length at the edge of contact (eq. cohesive-zone)
          if (.not. self%specs(c%pair)%adhesion > 0.0_wp) &
             c%subcell = below%compliance_of(level, materials, c%block, c%particle, element%edge)
-         c%relaxing = below%relaxing(materials%of_body(block%particles%body(c%particle)))
+         c%relaxing = below%relaxing(level, materials, c%block, c%particle, meeting%field)
          c%has_friction = has_friction(self%specs(c%pair)%friction)
       end associate
    end subroutine place_candidate

@@ -339,7 +339,7 @@ contains
                        span*spread(c%spans, 1, 3)*level%grid%per_cell)
          call set_area(c, level, edge, thickness, column(p, at%volume))
          c%subcell = self%half_spaces%compliance_of(level, materials, number(1), p, width_of(c))
-         c%relaxing = self%half_spaces%relaxing(materials%of_body(block%particles%body(p)))
+         c%relaxing = self%half_spaces%relaxing(level, materials, number(1), p, 0)
          c%area = c%share*c%area
       end associate
    end subroutine make_point

@@ -108,12 +108,35 @@ contains
    end subroutine end_step
 
    !> The share of a deflection that came by relaxation in this step, at an unchanged force; below 0 where the
-   !> material became stiffer. Half of force times it is dissipated (theory.md, eq. relaxed-below).
-   pure real(wp) function relaxing(self, material) result(share)
+   !> material became stiffer. Half of force times it is dissipated (theory.md, eq. relaxed-below). Between
+   !> bodies it is that of both, by how much each gives way.
+   pure real(wp) function relaxing(self, level, materials, b, p, field) result(share)
       class(half_spaces_t), intent(in) :: self
-      integer, intent(in) :: material !< its number
+      type(level_t), intent(in) :: level
+      type(materials_t), intent(in) :: materials
+      integer, intent(in) :: b, p  !< numbers of the block and the particle
+      integer, intent(in) :: field !< velocity field of the body that presses; 0: a tool
+      real(wp) :: now, before      !< of both together, 1/Pa
+      integer :: body, m, own, sides, softest
       share = 0.0_wp
-      if (self%last(material) > 0.0_wp) share = 1.0_wp - self%modulus(material)/self%last(material)
+      if (.not. any(abs(self%modulus - self%last) > 0.0_wp)) return
+      own = materials%of_body(level%blocks(b)%particles%body(p))
+      softest = 0
+      do body = 1, merge(size(materials%of_body), 0, field > 0)
+         m = materials%of_body(body)
+         if (level%field_of_body(body) /= field .or. .not. self%modulus(m) > 0.0_wp) cycle
+         if (softest == 0) softest = m
+         if (self%modulus(m) < self%modulus(softest)) softest = m
+      end do
+      now = 0.0_wp
+      before = 0.0_wp
+      do m = 1, size(self%modulus)
+         if (.not. min(self%modulus(m), self%last(m)) > 0.0_wp) cycle
+         sides = merge(1, 0, m == softest) + merge(1, 0, m == own)
+         now = now + sides/self%modulus(m)
+         before = before + sides/self%last(m)
+      end do
+      if (before > 0.0_wp) share = 1.0_wp - before/now
    end function relaxing
 
    !> What the half-space below a face (m wide) of a particle gives way by, m/Pa.
