@@ -39,7 +39,8 @@ module m_contact_point
       real(wp) :: area = 0.0_wp  !< m2
       real(wp) :: depth = 0.0_wp !< of a section: extent of the face normal to it, m; 0: no section
       real(wp) :: mass = 1.0_wp  !< kg
-      real(wp) :: force = 0.0_wp !< N
+      real(wp) :: force = 0.0_wp !< N, at the end of an implicit step,
+      real(wp) :: mean_force = 0.0_wp !< and in the mean of the step, N
       real(wp) :: opening = 0.0_wp !< speed at which its gap opens with that force, m/s
       real(wp) :: adhesive_tension = 0.0_wp  !< largest tension that adhesion bears, N
       real(wp) :: shear_strength = 0.0_wp  !< tangential force that it bears in addition to friction, N

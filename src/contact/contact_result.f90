@@ -34,6 +34,7 @@ contains
                     first => candidates%traction, &
                     column => level%blocks(candidates%list(c)%block)%particles%column)
             it%force = x(c)*scale - it%adhesive_tension
+            it%mean_force = it%force
             gap = 0.0_wp
             if (scale > 0.0_wp) gap = max(0.0_wp, (w(c) - b(c))/scale*time_step)
             if (it%force > 0.0_wp) bridge = max(bridge, it%force*gap/(strongest*level%grid%cell))

@@ -5,7 +5,7 @@ module m_pair_law
    use m_scene, only: body_contact_spec_t, start_as_is
    implicit none
    private
-   public :: range_of, overlap_left, press_rate, find_adhesion, weaken
+   public :: range_of, overlap_left, pressed_out, find_adhesion, weaken
 
 contains
 
@@ -24,13 +24,13 @@ contains
       if (spec%press_fit > 0.0_wp) left = max(0.0_wp, 1.0_wp - time/spec%press_fit)
    end function overlap_left
 
-   !> Rate of decrease of that share at a time (s), 1/s.
-   pure real(wp) function press_rate(spec, time) result(rate)
+   !> Decrease of that share in a step that begins at a time (s).
+   pure real(wp) function pressed_out(spec, time, time_step) result(share)
       type(body_contact_spec_t), intent(in) :: spec
-      real(wp), intent(in) :: time
-      rate = 0.0_wp
-      if (spec%start == start_as_is .and. time < spec%press_fit) rate = 1.0_wp/spec%press_fit
-   end function press_rate
+      real(wp), intent(in) :: time, time_step
+      share = 0.0_wp
+      if (spec%start == start_as_is) share = overlap_left(spec, time) - overlap_left(spec, time + time_step)
+   end function pressed_out
 
    !> Adhesive tension and shear strength of a point. Both sides of the contact have points: each bears half.
    pure subroutine find_adhesion(spec, gap, area, left, adhesive_tension, shear_strength)

@@ -9,7 +9,7 @@ module m_pair_reactions
    use m_level, only: level_t
    use m_scene_materials, only: materials_t
    use m_surface_elements, only: surface_columns_t
-   use m_pair_law, only: press_rate, weaken
+   use m_pair_law, only: pressed_out, weaken
    use m_contact_point, only: candidate_t, partner_t, point_velocity, width_of, overlap_rate, &
                               sliding
    use m_candidates, only: candidates_t
@@ -142,7 +142,7 @@ contains
       type(candidate_t), intent(in) :: c
       type(partner_t), intent(in) :: partner
       real(wp), intent(in) :: overlap      !< of its element at the start, m
-      real(wp), intent(in) :: time, time_step !< s
+      real(wp), intent(in) :: time, time_step !< beginning and length of the step, s
       real(wp) :: side
       side = merge(1.0_wp, -1.0_wp, own < partner%field)
       state%candidates = state%candidates + 1.0_wp
@@ -154,7 +154,7 @@ contains
       state%stored = state%stored + 0.5_wp*c%force*c%deflection
       state%stored_shear = state%stored_shear + 0.5_wp*dot_product(force_of(c), c%shear_deflection)
       state%relaxed = state%relaxed + c%relaxed
-      state%pressed = state%pressed + time_step*c%force*press_rate(spec, time)*overlap
+      state%pressed = state%pressed + c%mean_force*overlap*pressed_out(spec, time, time_step)
       ! also for points without pressure between pressed ones
       if (c%gap + time_step*c%opening + c%deflection <= overlap_rate*width_of(c)) &
          state%area = state%area + 0.5_wp*c%area

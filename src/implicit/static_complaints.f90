@@ -15,7 +15,8 @@ module m_static_complaints
    public :: complain, reason, loose_text
 
    character(len=*), parameter :: advice = '; try a smaller step, loads that come on more slowly (ramp), '// &
-                                           'smaller cells, or boundaries and tools that hold the body'
+                                           'smaller cells, or boundaries and tools that hold the body; '// &
+                                           'a load above the plastic limit load has no equilibrium'
    character(len=*), parameter :: loose_advice = '; hold them by a side of the grid or by friction, or '// &
                                                  'give steps inertia (mode=''newmark'')'
 
@@ -144,6 +145,7 @@ contains
                if (system%levels(l)%unknowns%at(1, n) == axis) way(system%levels(l)%before + n) = 1.0_wp
             end do
          end do
+         if (.not. system%dot(way, way) > 0.0_wp) cycle ! every node is held along it, as in sections
          call system%multiply(way, force)
          if (system%dot(way, force) > no_stiffness*system%dot(way, system%bare*way)) cycle
          if (text /= '') text = text//' and'

@@ -153,7 +153,7 @@ contains
       end do
       if (model%contact%pairs%active()) &
          call accumulate_meetings(contact, model%communicator, model%levels(size(model%levels)), &
-                                  model%materials, model%contact%pairs, time_step, &
+                                  model%materials, model%contact%pairs, time_step, over_step, &
                                   model%contact%candidates%pressure)
       model%contact%worst_overlap = maxval([model%contact%worst_overlap, model%contact%states%overlap, &
                                             model%contact%pairs%overlap])

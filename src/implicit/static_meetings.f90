@@ -86,7 +86,7 @@ contains
          end do
          ! both sides of a contact have points, and each bears half
          new%contact_compliance = 2.0_wp*share*compliance*level%grid%cell/(young*it%area)
-         if (it%subcell > 0.0_wp) then ! of both bodies, each point with half of its area
+         if (it%subcell + subcell > 0.0_wp) then ! of both bodies, each point with half of its area
             new%subcell_compliance = 2.0_wp*share*(it%subcell + subcell)/it%area
             new%contact_compliance = beside_subcell*new%contact_compliance + new%subcell_compliance
          end if
@@ -152,13 +152,15 @@ contains
 
    !> Collective: transfer forces, gaps and slips of the equilibrium to the particles and to the sums of the
    !> pairs.
-   subroutine accumulate_meetings(contact, communicator, level, materials, bodies, time_step, pressure)
+   subroutine accumulate_meetings(contact, communicator, level, materials, bodies, time_step, over_step, &
+                                  pressure)
       type(static_contact_t), intent(in) :: contact
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
       type(materials_t), intent(in) :: materials
       type(body_pairs_t), intent(inout) :: bodies
       real(wp), intent(in) :: time_step !< s
+      logical, intent(in) :: over_step  !< forces are means over the step
       integer, intent(in) :: pressure   !< column of the contact pressure
       type(candidates_t) :: accumulated
       real(wp), dimension(size(bodies%states)) :: stored, relaxed
@@ -175,6 +177,7 @@ contains
                        partner => accumulated%partners(it%point%partner))
                c = it%point
                c%force = contact%share*it%force
+               c%mean_force = contact%share*merge(it%force, 0.5_wp*(it%force_before + it%force), over_step)
                ! of the surface, whose gap stays closed; that of the nodes does not while the surface is
                ! deflected
                c%opening = (it%node_gap() + dot_product(it%normal, it%deflection) - it%point%gap &
@@ -193,6 +196,7 @@ contains
          end associate
       end do
       bodies%first = 1
+      bodies%time = bodies%time - time_step ! the gaps were those at the step's end
       call bodies%keep(level, materials, accumulated, time_step, pressure)
       call bodies%add_up(communicator)
       bodies%states%work = bodies%states%work - (bodies%states%stored - stored) &

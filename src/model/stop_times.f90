@@ -25,6 +25,7 @@ contains
             call take([every*(times_passed(every, model%time*(1.0_wp + hair)) + 1.0_wp)])
       end associate
       call take([scene%quasi_static%ramp, scene%quasi_static%from, scene%quasi_static%to])
+      if (allocated(scene%body_contacts)) call take(scene%body_contacts%press_fit)
       do i = 1, size(scene%tools)
          if (allocated(scene%tools(i)%times)) call take(scene%tools(i)%times)
          if (.not. allocated(scene%tools(i)%motions)) cycle

@@ -126,6 +126,62 @@ def small_load():
     )
 
 
+UNLIKE = """&scene title='{name}', end_time=1 /
+&grid geometry='plane_strain', lower=0,0, upper=3,3, cell_size=0.25, boundary='symmetry','free','roller','free' /
+&material name='upper', {upper}, density=1000, young=1e9, poisson=0.3 /
+&material name='lower', {lower}, density=1000, young=1e9, poisson=0.3 /
+&body material='lower', shape='box', lower=0,0,0, upper=2,1,1, contact_group='low', particles_per_cell={count} /
+&body material='upper', shape='box', lower=0,0,1, upper=1,1,2, contact_group='high' /
+&pressure lower=0,0,2, upper=1,1,2, times=0,1, values=0,1e6 /
+&quasi_static step=0.25, iterations=.true. /
+&output directory='{name}', history_every=1e-9 /
+"""
+
+
+def unlike():
+    """A narrow block on a wide one of a law that may flow, or of fewer particles, which have no compliance below
+    a cell: as many Newton iterations as with bodies of one kind, and the same force, that of the pressure."""
+    elastic, metal = "model='elastic'", "model='j2', yield_stress=1e8"
+    for name, upper, lower, count in (
+        ("alike", elastic, elastic, 8),
+        ("below_metal", elastic, metal, 8),
+        ("above_metal", metal, elastic, 8),
+        ("below_coarse", elastic, elastic, 1),
+    ):
+        newton = newton_by_step(run(UNLIKE.format(name=name, upper=upper, lower=lower, count=count), 1))
+        require(f"{name}: Newton iterations a step: {newton}", max(newton) <= 10)
+        # the pressed face becomes wider by a thousandth of the pressure over the modulus
+        check(f"{name}: force over that of the pressure, less 1", pair(name)["force_z"][-1] / -1e6 - 1, 1e-3)
+
+
+FIT = """&scene title='fit', end_time=1 /
+&grid geometry='axisymmetric', lower=0,0, upper=110e-3,10e-3, cell_size=2.5e-3,
+      boundary='symmetry','free','symmetry','symmetry' /
+&time domain='corners' /
+&material name='steel', model='elastic', density=7800, young=210e9, poisson=0.3 /
+&material name='aluminium', model='elastic', density=2700, young=70e9, poisson=0.33 /
+&body name='shaft', material='steel', shape='cylinder', center=0,0,0, radius=50.025e-3, height=10e-3, contact_group='low' /
+&body name='hub', material='aluminium', shape='cylinder', center=0,0,0, radius=100e-3, height=10e-3, contact_group='high' /
+&cut body='hub', shape='cylinder', center=0,0,-5e-3, radius=49.975e-3, height=20e-3 /
+&body_contact groups='low','high', start='as_is', press_fit={fit} /
+&quasi_static step=0.25, max_step=0.25 /
+&output directory='fit', formats='none' /
+"""
+
+
+def fit():
+    """What a press fit takes is what its bodies store, in few steps, and wherever the fit ends in a step."""
+    for time in (0.5, 0.6):
+        run(FIT.format(fit=time), 1)
+        rows = History(Path("fit/energy.dat"))
+        require(f"press fit over {time} s: energy is stored", rows["strain"][-1] > 2.5)
+        check(
+            f"press fit over {time} s: work over stored energy, less 1",
+            rows["external_work"][-1] / rows["strain"][-1] - 1,
+            1e-3,
+        )
+
+
 def changes():
     """Loaded by explicit steps, held by quasi-static ones, and let go by explicit ones: the force goes on."""
     name = "changes"
@@ -182,4 +238,6 @@ else:
     pressed_blocks()
     sliding()
     small_load()
+    unlike()
+    fit()
 finish()
