@@ -20,6 +20,7 @@ from .api import RunFailed
 from .plots import plt
 from .report_pictures import Surface
 from .run_data import Particles, Unreadable
+from .scene_text import is_flat
 
 reach = 2.6  # of the picture, radii of the contact at its largest
 pixels = (1400, 1000)
@@ -186,6 +187,11 @@ def main():
         if not options.run.is_dir():
             raise Unreadable(f"{options.run}: no such directory")
         run = plots.Run(options.run)
+        if is_flat(run.case["grid"][0]):
+            raise Unreadable(
+                f"{options.run}: the scene is given by its section, which has no surface to look at; "
+                "make paraview revolves it"
+            )
         snapshots = plots.snapshots_of(run)
         history = run.tool_history(run.tools[0]) if run.tools else None
         if not snapshots or history is None:

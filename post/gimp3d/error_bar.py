@@ -31,6 +31,7 @@ from pathlib import Path
 from . import study_fit as fit
 from .plots import scaled
 from .run_data import Unreadable, depth_of, read_namelists, senseless, text_in, why
+from .scene_text import is_flat
 
 # name of the row, key of hardness.json, unit
 rows = [
@@ -82,6 +83,10 @@ class Case:
             for name, values in one.items()
             if (group, name) not in free
         }
+        if is_flat(self.scene["grid"][0]):  # one cell along y, whatever its edge
+            for (group, number, name), values in self.said.items():
+                if name in ("lower", "upper") and len(values) == 3:
+                    self.said[group, number, name] = (values[0], 0.0, values[2])
 
     def differs(self, other):
         """What two scenes say differently, as a set of (group, variable)."""

@@ -756,6 +756,11 @@ def positive(text):
     return value[0]
 
 
+def is_plane_strain(case):
+    """Whether a scene is given per metre of depth."""
+    return case["grid"][0].get("geometry", ["3d"])[0].lower() == "plane_strain"
+
+
 def main():
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -775,6 +780,10 @@ def main():
         run = Run(options.run)
         if not run.case:
             raise Missing(f"{options.run}: no case.nml: not the directory of a run")
+        if is_plane_strain(run.case):
+            raise Missing(
+                f"{options.run}: the scene is one of plane strain; hardness and modulus need a contact area"
+            )
         tool = chosen_tool(run, options.tool)
         record = Record(run, tool)
         answer, results, main, pictures = analyse(run, record, options)

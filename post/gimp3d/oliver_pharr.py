@@ -300,7 +300,8 @@ def _fit(depth, load, rows, deepest, shares, guess=None):
         raise NotEnough(
             f"the unloading has {h.size} rows between {100 * shares[0]:g} and {100 * shares[1]:g} % of its "
             "load, and a "
-            f"fit needs {fewest_rows}: write more rows (history_every of &output), or unload more slowly"
+            f"fit needs {fewest_rows}: write more rows (history_every of &output; max_step of &quasi_static), "
+            "or unload more slowly"
         )
     span = float(h[0] - h.min())
     if not span > 0:

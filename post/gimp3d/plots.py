@@ -399,7 +399,7 @@ def last_particles(run, options):
 
 
 def at_largest_load(run, snapshots):
-    """The snapshot nearest to the largest load of the first tool that bears one: afterwards waves run about.
+    """The snapshot at which the load of the first tool that bears one is largest: afterwards waves run about.
     The last one where there is none."""
     for tool in run.tools:
         history = run.tool_history(tool)
@@ -408,8 +408,9 @@ def at_largest_load(run, snapshots):
         load = -sum(history[f"load_{a}"] * d for a, d in zip("xyz", indentation.unit_axis(tool)))
         if not np.all(np.isfinite(load)) or not load.max() > 0:
             continue
-        time = history["time"][np.argmax(load)]
-        return min(snapshots, key=lambda path: abs(time_of_snapshot(path) - time))
+        at_snapshots = [np.interp(time_of_snapshot(path), history["time"], load) for path in snapshots]
+        if max(at_snapshots) > 0:
+            return snapshots[int(np.argmax(at_snapshots))]
     return snapshots[-1]
 
 

@@ -847,7 +847,12 @@ def arguments(words=None):
         "--setting", type=Path, help="another file than NAME.toml or studies/NAME.toml beside the scene"
     )
     parser.add_argument("--out", type=Path, help="out/solve/NAME when not given")
-    parser.add_argument("--program", type=Path, default=Path("gimp3d"))
+    parser.add_argument(
+        "--program",
+        type=Path,
+        default=Path(os.environ.get("GIMP3D") or "gimp3d"),
+        help="the environment's GIMP3D, else ./gimp3d",
+    )
     parser.add_argument(
         "--launch",
         default=os.environ.get("MPIRUN", "mpirun"),
@@ -863,6 +868,11 @@ def find(options):
     try:
         if not options.scene.is_file():
             raise Unreadable(f"{options.scene}: no such scene")
+        if "quasi_static" in read_namelists(options.scene):
+            raise BadSetting(
+                f"{options.scene}: its steps are quasi-static, and what they cost is known from a run alone; "
+                "make study compares runs of such a scene"
+            )
         if not (options.error > 0 and math.isfinite(options.error)):
             raise BadSetting("ERROR must be above 0, in per cent")
         if not options.budget > 0 or options.ranks < 1:

@@ -494,7 +494,12 @@ def arguments(words=None):
         "--setting", type=Path, help="another file than NAME.toml or studies/NAME.toml beside the scene"
     )
     parser.add_argument("--out", type=Path, help="out/study/NAME when not given")
-    parser.add_argument("--program", type=Path, default=Path("gimp3d"))
+    parser.add_argument(
+        "--program",
+        type=Path,
+        default=Path(os.environ.get("GIMP3D") or "gimp3d"),
+        help="the environment's GIMP3D, else ./gimp3d",
+    )
     parser.add_argument(
         "--build", type=Path, default=Path("build/opt"), help="where the setting's own program stands"
     )

@@ -65,7 +65,10 @@ contains
                            to_text(real(bytes, wp)/particles, 3)//' B a particle')
          call introduce_shares(console, scene, model)
          call introduce_grains(console, scene, model)
-         if (model%time < scene%end_time) then
+         if (model%time < scene%end_time .and. scene%quasi_static%holds_at(model%time)) then
+            call console%line('time       '//si(scene%end_time, 's')//' in quasi-static steps, the first '// &
+                              'of '//si(time_step, 's'))
+         else if (model%time < scene%end_time) then
             call console%line('time       '//si(scene%end_time, 's')//' in steps of '//si(time_step, 's')// &
                               ', about '//to_text(ceiling(scene%end_time/time_step, i8))//' steps')
          else

@@ -9,8 +9,9 @@ module m_scene_particles
    private
    public :: choose_fill, choose_domain
 
-   real(wp), parameter :: around = 2.0_wp    !< cells around the point that a tool touches first, within which
-                                             !< a face must be flat
+   integer, parameter :: around = 2          !< cells around the point that a tool touches first, within which
+                                             !< a face must be flat,
+   real(wp), parameter :: soon = 0.5_wp      !< and further out where the tool follows within so many cells
    real(wp), parameter :: on_surface = 1.0e-6_wp !< tolerance in cells, and for components of a normal
 
 contains
@@ -94,20 +95,20 @@ contains
          end do
          meets = way <= farthest
       end associate
-      if (meets) meets = is_face(scene%bodies(first), scene%grid%cell_size, maxloc(abs(tool%axis), dim=1), &
-                                 place)
+      if (meets) meets = is_face(scene%bodies(first), scene%grid%cell_size, tool, place)
    end function meets_a_face
 
-   !> True when the surface of a body around a point on it is a face normal to an axis, with whole particles
-   !> behind it.
-   pure logical function is_face(body, cell, axis, place)
+   !> True when the surface of a body around a point on it is a face normal to a tool's axis, with whole
+   !> particles behind it. Where particles are cut at its rim, the tool must not reach the rim either.
+   pure logical function is_face(body, cell, tool, place)
       type(body_spec_t), intent(in) :: body
       real(wp), intent(in) :: cell     !< of the coarsest level, m
-      integer, intent(in) :: axis
-      real(wp), intent(in) :: place(3) !< m
+      type(tool_spec_t), intent(in) :: tool
+      real(wp), intent(in) :: place(3) !< at which the tool touches first, m
       real(wp) :: there(3), distance, normal(3), origin(3), spacing, layers
-      integer :: other, side
+      integer :: axis, n, other, side
       is_face = .true.
+      axis = maxloc(abs(tool%axis), dim=1)
       if (body%fill == fill_share) then
          origin = body%shape%lattice_origin()
          spacing = cell/nint(real(body%particles_per_cell, wp)**(1.0_wp/3.0_wp))
@@ -117,11 +118,19 @@ contains
       do other = 1, 3
          if (other == axis) cycle
          do side = -1, 1, 2
-            there = place
-            there(other) = there(other) + side*around*cell
-            call body%shape%distance_and_normal(there, distance, normal)
-            is_face = is_face .and. abs(distance) < 10.0_wp*on_surface*cell &
-                      .and. abs(normal(axis)) > 1.0_wp - on_surface
+            n = around
+            do while (is_face)
+               there = place
+               there(other) = there(other) + side*n*cell
+               if (n > around) then
+                  if (body%fill /= fill_share) exit
+                  if (tool%shape%distance(tool%tip + (there - place)) > soon*cell) exit
+               end if
+               call body%shape%distance_and_normal(there, distance, normal)
+               is_face = abs(distance) < 10.0_wp*on_surface*cell &
+                         .and. abs(normal(axis)) > 1.0_wp - on_surface
+               n = n + 1
+            end do
          end do
       end do
    end function is_face

@@ -139,6 +139,14 @@ ones = [run("fine", fine, 2.0e9), run("coarse", coarse, 2.1e9), run("wide", fine
 row = bars(*ones)[2]
 require("a wider body is said by its name", near(row["parts"]["body.upper"], 3e7, 1e-6))
 
+as_block = scene
+scene = as_block.replace("&grid ", "&grid geometry='axisymmetric', ")
+scene = scene.replace("38.4e-6,38.4e-6,38.4e-6", "38.4e-6,{cell},38.4e-6")
+scene = scene.replace("upper={width},25.6e-6,25.6e-6", "upper={width},{cell},25.6e-6")
+row = bars(run("fine", fine, law(fine, 1)), run("coarse", coarse, law(coarse, 1)))[2]
+require("sections, one cell along y of any edge", near(row["parts"]["grid"], law(fine, 1) - 2e9, 1e-6))
+scene = as_block
+
 good = run("fine", fine, 2e9)
 for name, word, more in (
     ("other", "another problem", {"young": 200e9}),

@@ -13,3 +13,17 @@ status=0
 for name in plots report hardness error_bar study solve identify movie closeup tool_surface pole_figure gallery benchmarks surfaces heights; do
    "$PYTHON" -m gimp3d $name --help | grep -q "^usage: gimp3d-post $name" || fail "gimp3d-post $name --help"
 done
+
+# what a command cannot do is one sentence: no run, and nothing is written
+refused() { # refused WORDS COMMAND...
+   status=0
+   "$PYTHON" -m gimp3d "${@:2}" >said.log 2>&1 || status=$?
+   [ $status -eq 2 ] && [ "$(wc -l <said.log)" -eq 1 ] && grep -q -- "$1" said.log || { cat said.log; fail "${*:2}"; }
+}
+mkdir flat
+printf "&grid geometry='plane_strain', lower=0,0,0, upper=1,1,1, cell_size=1 /\n&tool name='t' /\n" >flat/case.nml
+refused 'plane strain' hardness flat
+refused 'given by its section' closeup flat
+printf '&grid lower=0,0,0, upper=1,1,1, cell_size=1 /\n&quasi_static step=1 /\n' >slow.nml
+refused 'quasi-static' solve slow.nml --error 1 --budget 1
+[ "$(ls flat)" = case.nml ] || fail 'a refused command wrote files'

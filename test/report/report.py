@@ -350,8 +350,28 @@ def rows_and_surface():
     require("its extent", np.allclose(extent, (-0.5, 3.5, -0.5, 2.5)), extent)
 
 
+def at_largest_load():
+    """A load that stands after a second, with snapshots at 0, 5 and 10 s: not the one at 0, though it is nearest
+    to the first time of the largest load."""
+    from types import SimpleNamespace
+    from gimp3d import plots
+
+    class Rows(dict):
+        rows = 4
+
+    history = Rows(time=np.array([0.0, 1.0, 5.0, 10.0]), load_x=np.zeros(4), load_y=np.zeros(4))
+    history["load_z"] = np.array([0.0, 1e3, 1e3, 1e3])
+    run = SimpleNamespace(tools=[{"axis": [0, 0, -1]}], tool_history=lambda tool: history)
+    times = {"first": 0.0, "middle": 5.0, "last": 10.0}
+    kept, plots.time_of_snapshot = plots.time_of_snapshot, times.get
+    found = plots.at_largest_load(run, list(times))
+    plots.time_of_snapshot = kept
+    require("the snapshot under load", found == "middle", found)
+
+
 whole_run()
 others()
+at_largest_load()
 verdicts()
 rows_and_surface()
 finish()

@@ -50,6 +50,29 @@ def patch():
         )
 
 
+END_FACE = """&scene title='{name}', end_time=1 /
+&grid lower=0,0,0, upper=20e-3,20e-3,20e-3, cell_size=1.25e-3,
+      boundary='symmetry','free','symmetry','free','roller','free' /
+&material name='m', model='elastic', density=2700, young=70e9, poisson=0.3 /
+&body material='m', shape='cylinder', center=0,0,0, radius=10e-3, height=15e-3 /
+&tool name='t', shape='flat', radius={radius}, tip=0,0,15e-3, times=0,1, loads=0,2000, mass=1 /
+&quasi_static step=0.5, max_step=0.5 /
+&output directory='{name}' /
+"""
+
+
+def end_face():
+    """A cylinder compressed at its whole end, by default domains: those of particles cut at the rim have to follow
+    the surface. As cubes they stood out of the face and bore all of the load. A punch leaves the rim alone."""
+    log = run(END_FACE.format(name="platen", radius="50e-3"), 1)
+    require("platen: domains follow", "chosen     domain='stretch'" in log)
+    depth = tool("platen", "t")["depth"][-1]
+    exact = 2000 * 15e-3 / (70e9 * np.pi / 4 * 10e-3**2)
+    check("platen: depth over F L/(E A), less 1", depth / exact - 1, 0.01)
+    log = run(END_FACE.format(name="punch", radius="5e-3"), 1)
+    require("punch: cubes stay", "chosen     domain" not in log)
+
+
 def plate():
     """The same block pressed by 17 % by a smooth plate: uniform, at most seven Newton iterations a step, three
     without the compliance below a cell. The load is that of a block of the law with free sides."""
@@ -273,6 +296,7 @@ def changes():
 if __name__ == "__main__":
     patch()
     plate()
+    end_face()
     column()
     floors()
     tops()
