@@ -21,7 +21,7 @@ module m_static_subcell
 contains
 
    !> Collective among near ranks: deflection of the surface at each point by the forces of all, and the
-   !> resulting gap and slip.
+   !> resulting gap and slip; and the own part of each, for the linear problem.
    subroutine renew_deflections(contact, model)
       type(static_contact_t), intent(inout) :: contact
       type(model_t), intent(inout) :: model
@@ -29,6 +29,7 @@ contains
       type(contact_system_t) :: system
       type(tool_t) :: none(0)
       real(wp), allocatable :: forces(:), deflection(:)
+      real(wp) :: own !< m/N
       real(wp) :: deepest
       integer :: number(contact%count), c, last, n
       contact%lag = 0.0_wp
@@ -58,6 +59,9 @@ contains
       end do
       do c = 1, points%count
          associate (it => contact%list(number(c)), point => points%list(c))
+            own = contact%share*system%subcell_rows(c) ! with its nodes' materials, as all deflections
+            it%contact_compliance = it%contact_compliance + (own - it%subcell_compliance)
+            it%subcell_compliance = own
             it%deflection = deflection(c)*point%normal
             last = points%count + 2*point%frictional
             if (point%frictional > 0) &

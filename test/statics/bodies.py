@@ -154,6 +154,25 @@ def unlike():
         check(f"{name}: force over that of the pressure, less 1", pair(name)["force_z"][-1] / -1e6 - 1, 1e-3)
 
 
+MIXED = """&scene title='mixed', end_time=1 /
+&grid geometry='plane_strain', lower=-3,0, upper=3,3.5, cell_size=0.25, boundary='roller','roller','roller','free' /
+&material name='a', model='elastic', density=1000, young=1e9, poisson=0.3 /
+&material name='b', model='j2', density=1000, young=1e9, poisson=0.3, yield_stress=1e9 /
+&body material='b', shape='box', lower=-3,0,0, upper=0,1,2 /
+&body material='a', shape='box', lower=0,0,0, upper=3,1,2 /
+&tool name='t', shape='cylinder', edge=0,1,0, radius=6, tip=0,0,2, times=0,1, loads=0,2e7, mass=1, friction=0.3 /
+&quasi_static step=0.25, max_step=0.25, iterations=.true. /
+&output directory='mixed', history_every=1e-9 /
+"""
+
+
+def mixed():
+    """A tool on a body of two laws, one with the compliance below a cell: 19 iterations a step, were its own
+    part that of a point's particle alone."""
+    newton = newton_by_step(run(MIXED, 1))
+    require(f"mixed: Newton iterations a step: {newton}", max(newton) <= 8)
+
+
 FIT = """&scene title='fit', end_time=1 /
 &grid geometry='axisymmetric', lower=0,0, upper=110e-3,10e-3, cell_size=2.5e-3,
       boundary='symmetry','free','symmetry','symmetry' /
@@ -239,5 +258,6 @@ else:
     sliding()
     small_load()
     unlike()
+    mixed()
     fit()
 finish()
