@@ -62,8 +62,8 @@ contains
       mine = worst >= model%communicator%maximum(worst)
       if (mine .and. tool > 0) then
          call fail(error, exit_numerical, 'tool '//equilibrium%system%contact%tools%name_of(tool)// &
-                   ': it is unconstrained (a rigid-body mode) under its load; move it into contact with '// &
-                   'a body, or give it speeds')
+                   ': no equilibrium under its load: nothing holds it, or the bodies cannot bear the '// &
+                   'load; move it into contact with a body, lower the load, or give it speeds')
       else if (mine .and. at(3) > 0) then
          call fail(error, exit_numerical, particle_text(model, at(1), at(2), at(3))//': '//steps//try)
       end if
