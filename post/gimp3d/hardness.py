@@ -133,9 +133,12 @@ class Record:
         if not all(np.all(np.isfinite(values)) for values in (self.time, self.depth, self.load, self.area)):
             raise Missing(f"tool_{self.name}.dat holds values that are not finite")
         if not np.any((self.load > 0) & (self.depth > 0)):
+            what = "is never in contact: its load is always 0; its"
+            if np.any(self.load > 0):
+                what = "bears a load but does not go in: its"
             raise Missing(
-                f"the tool {self.name} is never in contact: its load is always 0; its largest depth below "
-                f"the surface is {1e9 * float(self.depth.max()):.4g} nm"
+                f"the tool {self.name} {what} largest depth below the surface is "
+                f"{1e9 * float(self.depth.max()):.4g} nm"
             )
 
 

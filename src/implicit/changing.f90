@@ -63,9 +63,12 @@ contains
       end if
    end function next_step
 
-   subroutine look_ahead(self)
+   subroutine look_ahead(self, model, time, longest)
       class(changing_t), intent(inout) :: self
-      call self%statics%look_ahead()
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: time !< s
+      real(wp), intent(out) :: longest
+      call self%statics%look_ahead(model, time, longest)
    end subroutine look_ahead
 
    !> Collective: one step of either kind.

@@ -172,9 +172,15 @@ contains
       time_step = remaining/max(1_i8, ceiling(min(remaining/time_step - 1.0e-6_wp, 1.0e15_wp), i8))
    end function next_step
 
-   !> Creep of future stresses is unknown.
-   subroutine look_ahead(self)
+   !> Collective: creep of future stresses is unknown: steps no longer follow it. `longest`: what it allows at
+   !> the present stresses, of a time, s.
+   subroutine look_ahead(self, model, time, longest)
       class(quasi_static_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: time !< s
+      real(wp), intent(out) :: longest
+      longest = time
+      if (self%creeps) longest = time*creep_share(model, time, self%spec%creep_limit)
       self%creeps = .false.
    end subroutine look_ahead
 

@@ -57,10 +57,14 @@ contains
       time_step = next_time_step(scene, model, share)
    end function next_step
 
-   !> From now on `next_step` is called for future times with unknown states: criteria that depend on the
-   !> state are ignored.
-   subroutine look_ahead(self)
+   !> Collective: from now on `next_step` is called for future times with unknown states: criteria that depend
+   !> on the state are ignored. `longest`: what they allow at the present state, of a time, s.
+   subroutine look_ahead(self, model, time, longest)
       class(integrator_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: time !< s
+      real(wp), intent(out) :: longest
+      longest = time
    end subroutine look_ahead
 
    !> Set the condition that may end the run within the following steps.

@@ -35,7 +35,7 @@ contains
       type(figures_t), intent(inout) :: figures
       type(error_t), intent(inout) :: error
       real(wp) :: bytes(2), spent, seconds, first, particles, seconds_in_all
-      integer :: taken, to_come(2)
+      integer :: taken, to_come(2), creeping
       logical :: starts
       first = console%elapsed()
       bytes = model_bytes(model)
@@ -43,15 +43,19 @@ contains
       call time_steps(console, scene, model, integrator, taken, spent, seconds, error)
       if (error%happened()) return
       starts = scene%quasi_static%holds_at(0.0_wp)
-      call count_to_come(scene, model, integrator, to_come)
+      call count_to_come(scene, model, integrator, to_come, creeping)
       seconds_in_all = first + spent + merge(to_come(1), to_come(2), starts)*seconds
       to_come(1) = to_come(1) + merge(taken, 0, starts)
+      creeping = creeping + merge(taken, 0, starts)
       to_come(2) = to_come(2) + merge(0, taken, starts)
       call console%line('')
       call console%line('plan       by '//to_text(taken)//' steps taken on '// &
                         to_text(model%communicator%ranks)//' rank(s); '//integrator%summary())
       call console%line('steps      about '//to_text(to_come(1))//' implicit'//explicit_text(to_come(2))// &
                         '; more where one has no equilibrium or material creeps')
+      if (creeping > to_come(1)) call console%line('creep      '//trim(merge('more than', 'up to    ', &
+                        creeping > max_steps))//' '//to_text(min(creeping, max_steps))// &
+                        ' implicit steps, if stresses go on to relax as after these')
       call console%line('time       about '//duration(seconds_in_all)//': '//to_text(seconds, 3)// &
                         ' s a step as in these, and the more the more points are pressed'// &
                         untimed(starts, to_come))
@@ -64,6 +68,7 @@ contains
       call figures%words('kind', 'implicit')
       call figures%number('ranks', real(model%communicator%ranks, wp))
       call figures%number('implicit_steps', real(to_come(1), wp))
+      if (creeping > to_come(1)) call figures%number('implicit_steps_if_creeping', real(creeping, wp))
       call figures%number('explicit_steps', real(to_come(2), wp))
       call figures%number('timed_steps', real(taken, wp))
       call figures%number('step_s', seconds)
@@ -123,28 +128,42 @@ contains
    end function untimed
 
    !> Collective: the number of remaining steps, implicit and explicit: implicit ones grow as fast as allowed,
-   !> explicit ones are all as long as the next one.
-   subroutine count_to_come(scene, model, integrator, to_come)
+   !> explicit ones are all as long as the next one. `creeping`: implicit ones if creep limits them as now.
+   subroutine count_to_come(scene, model, integrator, to_come, creeping)
       type(scene_t), intent(in) :: scene
       type(model_t), intent(inout) :: model
       class(integrator_t), intent(inout) :: integrator
-      integer, intent(out) :: to_come(2)
-      real(wp) :: step, until
-      call integrator%look_ahead()
-      to_come = 0
-      do while (to_come(1) < max_steps .and. model%time < scene%end_time)
-         step = integrator%next_step(scene, model, 1.0_wp)
-         if (scene%quasi_static%holds_at(model%time)) then
-            to_come(1) = to_come(1) + 1
-            model%time = model%time + step
-            model%static_step = growth*model%static_step
-         else
-            until = scene%end_time
-            if (model%time < scene%quasi_static%from) until = scene%quasi_static%from
-            to_come(2) = to_come(2) + ceiling(min((until - model%time)/step, 1.0e9_wp))
-            model%time = until
-         end if
-      end do
+      integer, intent(out) :: to_come(2), creeping
+      real(wp) :: first, longest, now
+      integer :: others(2)
+      now = model%time
+      first = model%static_step
+      call integrator%look_ahead(model, max(tiny(now), scene%end_time - now), longest)
+      to_come = steps_from_here(huge(longest))
+      model%time = now
+      model%static_step = first
+      others = steps_from_here(longest)
+      creeping = others(1)
+   contains
+      function steps_from_here(longest) result(steps)
+         real(wp), intent(in) :: longest !< of an implicit step, s
+         integer :: steps(2)
+         real(wp) :: step, until
+         steps = 0
+         do while (steps(1) < max_steps .and. model%time < scene%end_time)
+            step = integrator%next_step(scene, model, 1.0_wp)
+            if (scene%quasi_static%holds_at(model%time)) then
+               steps(1) = steps(1) + 1
+               model%time = model%time + min(step, longest)
+               model%static_step = min(growth*model%static_step, longest)
+            else
+               until = scene%end_time
+               if (model%time < scene%quasi_static%from) until = scene%quasi_static%from
+               steps(2) = steps(2) + ceiling(min((until - model%time)/step, 1.0e9_wp))
+               model%time = until
+            end if
+         end do
+      end function steps_from_here
    end subroutine count_to_come
 
 end module m_static_plan

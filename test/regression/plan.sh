@@ -58,6 +58,7 @@ for change in '' 's/step=0.1/step=0.1, to=0.999/; s/end_time=[0-9]*/end_time=1/'
    cat hold.log >>holds.log
 done
 grep -q '^steps  *about 4[0-9] implicit;' holds.log || fail "plan of hold, which takes 47 steps: $(grep '^steps' holds.log)"
+grep -q '^creep  *\(up to\|more than\) [0-9]* implicit steps' holds.log || fail "plan of hold: creep: $(cat holds.log)"
 grep -q '^steps  *about [0-9]* implicit, [0-9]* explicit;' holds.log || fail "plan of both kinds of steps: $(grep '^steps' holds.log)"
 
 sed "s/cell_size=[0-9.e-]*/cell_size=-1/" plan_cone.nml >bad.nml
