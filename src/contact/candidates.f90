@@ -14,7 +14,7 @@ module m_candidates
    use m_face_gap, only: near_tool, list_near, deform, thickest, fastest
    use m_rim_cut, only: find_point, is_beside_rim
    use m_friction_law, only: has_friction
-   use m_subcell_modulus, only: half_spaces_t
+   use m_half_spaces, only: half_spaces_t
    use m_contact_point, only: candidate_t, partner_t, no_candidate, drift_of, set_face, point_velocity, &
                               place_of, width_of, overlap_rate, margin
    implicit none

@@ -14,7 +14,7 @@ module m_static_contact
    use m_friction_law, only: has_friction
    use m_friction_limit, only: friction_limit
    use m_subcell, only: beside_subcell
-   use m_subcell_modulus, only: young_modulus
+   use m_half_spaces, only: young_modulus
    use m_contact_point, only: candidate_t, place_of
    use m_static_point, only: static_point_t, across
    implicit none

@@ -9,7 +9,7 @@ module m_static_meetings
    use m_contact_point, only: candidate_t, partner_t, width_of, margin
    use m_candidates, only: candidates_t
    use m_subcell, only: beside_subcell
-   use m_subcell_modulus, only: young_modulus
+   use m_half_spaces, only: young_modulus
    use m_partner_point, only: place_partner
    use m_pair_reactions, only: pair_of
    use m_body_pairs, only: body_pairs_t

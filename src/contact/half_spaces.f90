@@ -1,6 +1,6 @@
 !> The elastic modulus of the half-space below a contact point, and its compliance for pressures that vary
 !> within a cell (theory.md, eqs subcell, half-space).
-module m_subcell_modulus
+module m_half_spaces
    use m_kinds, only: wp
    use m_scene, only: scene_t
    use m_communicator, only: communicator_t
@@ -154,25 +154,17 @@ contains
       end associate
    end function compliance_of
 
-   !> The same of a material, below a face of a width.
+   !> The same of a material: deflection per unit of pressure that varies within a cell, the cell over the
+   !> modulus; less below faces as wide as a cell.
    pure real(wp) function compliance(self, cell, material, width)
       class(half_spaces_t), intent(in) :: self
-      real(wp), intent(in) :: cell, width !< m
+      real(wp), intent(in) :: cell, width !< of the face; m
       integer, intent(in) :: material     !< its number
-      compliance = self%factor*subcell_compliance(cell, self%modulus(material), width)
-   end function compliance
-
-   !> Deflection per unit of pressure that varies within a cell, for a factor of 1, m/Pa: the cell over the
-   !> modulus; less for faces as wide as a cell.
-   pure real(wp) function subcell_compliance(cell, modulus, face) result(compliance)
-      real(wp), intent(in) :: cell    !< m
-      real(wp), intent(in) :: modulus !< of the half-space, Pa
-      real(wp), intent(in) :: face    !< width, m
       real(wp) :: narrow
       compliance = 0.0_wp
-      if (.not. modulus > 0.0_wp) return
-      narrow = max(0.0_wp, min(1.0_wp, (wide_face - face/cell)/(wide_face - narrow_face)))
-      compliance = cell/modulus*narrow
-   end function subcell_compliance
+      if (.not. self%modulus(material) > 0.0_wp) return
+      narrow = max(0.0_wp, min(1.0_wp, (wide_face - width/cell)/(wide_face - narrow_face)))
+      compliance = self%factor*(cell/self%modulus(material)*narrow)
+   end function compliance
 
-end module m_subcell_modulus
+end module m_half_spaces
