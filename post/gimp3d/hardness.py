@@ -45,6 +45,7 @@ from . import oliver_pharr
 from .instrument_file import hld_text
 from .plots import Run, scaled, snapshots_of
 from .run_data import History, Particles, Unreadable, depth_of, senseless, why
+from .scene_text import is_flat
 from . import systematic
 
 keys = (
@@ -759,11 +760,6 @@ def positive(text):
     return value[0]
 
 
-def is_plane_strain(case):
-    """Whether a scene is given per metre of depth."""
-    return case["grid"][0].get("geometry", ["3d"])[0].lower() == "plane_strain"
-
-
 def main():
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -783,7 +779,7 @@ def main():
         run = Run(options.run)
         if not run.case:
             raise Missing(f"{options.run}: no case.nml: not the directory of a run")
-        if is_plane_strain(run.case):
+        if is_flat(run.case["grid"][0]) and not imprint.is_round(run.case):
             raise Missing(
                 f"{options.run}: the scene is one of plane strain; hardness and modulus need a contact area"
             )

@@ -55,7 +55,7 @@ contains
                         '; more where one has no equilibrium or material creeps')
       if (creeping > to_come(1)) call console%line('creep      '//trim(merge('more than', 'up to    ', &
                         creeping > max_steps))//' '//to_text(min(creeping, max_steps))// &
-                        ' implicit steps, if stresses go on to relax as after these')
+                        ' implicit steps, if stresses go on to relax at the rate after these')
       call console%line('time       about '//duration(seconds_in_all)//': '//to_text(seconds, 3)// &
                         ' s a step as in these, and the more the more points are pressed'// &
                         untimed(starts, to_come))

@@ -56,20 +56,25 @@ END_FACE = """&scene title='{name}', end_time=1 /
 &material name='m', model='elastic', density=2700, young=70e9, poisson=0.3 /
 &body material='m', shape='cylinder', center=0,0,0, radius=10e-3, height=15e-3 /
 &tool name='t', shape='flat', radius={radius}, tip=0,0,15e-3, times=0,1, loads=0,2000, mass=1 /
-&quasi_static step=0.5, max_step=0.5 /
+{more}&quasi_static step=0.5, max_step=0.5 /
 &output directory='{name}' /
 """
 
 
 def end_face():
     """A cylinder compressed at its whole end, by default domains: those of particles cut at the rim have to follow
-    the surface. As cubes they stood out of the face and bore all of the load. A punch leaves the rim alone."""
-    log = run(END_FACE.format(name="platen", radius="50e-3"), 1)
+    the surface. As cubes they stand out of the face and bear too much. A punch leaves the rim alone."""
+    log = run(END_FACE.format(name="platen", radius="50e-3", more=""), 1)
     require("platen: domains follow", "chosen     domain='stretch'" in log)
-    depth = tool("platen", "t")["depth"][-1]
+    depth, area = (tool("platen", "t")[column][-1] for column in ("depth", "contact_area"))
     exact = 2000 * 15e-3 / (70e9 * np.pi / 4 * 10e-3**2)
     check("platen: depth over F L/(E A), less 1", depth / exact - 1, 0.01)
-    log = run(END_FACE.format(name="punch", radius="5e-3"), 1)
+    check("platen, half of the load: the same", tool("platen", "t")["depth"][1] / (0.5 * exact) - 1, 0.02)
+    check("platen: contact area over the end's, less 1", area / (np.pi / 4 * 10e-3**2) - 1, 0.2)
+    run(END_FACE.format(name="cubes", radius="50e-3", more="&time domain='fixed' /\n"), 1)
+    off = tool("cubes", "t")["depth"][1] / (0.5 * exact) - 1
+    require(f"platen on cubes, half of the load: the depth is {off:.2f} off", off < -0.3)
+    log = run(END_FACE.format(name="punch", radius="5e-3", more=""), 1)
     require("punch: cubes stay", "chosen     domain" not in log)
 
 

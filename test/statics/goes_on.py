@@ -62,7 +62,7 @@ def goes_on(name, text, ranks):
 
 if __name__ == "__main__":
     for number, (name, (law, moves, steps)) in enumerate(SCENES.items()):
-        goes_on(name, BALL.format(name=name, law=law, moves=moves, steps=steps), 1 + number % 2)
+        goes_on(name, BALL.format(name=name, law=law, moves=moves, steps=steps), min(2, 1 + number))
     roller = (ROOT / "input/static_roller.nml").read_text()
     goes_on(
         "roller", roller.replace("end_time=1 ", "end_time=0.4 ").replace("out/static_roller", "roller"), 1
