@@ -282,7 +282,7 @@ contains
       deepest = 0.0_wp
       do n = 1, self%elements%own
          deepest = max(deepest, 4.0_wp*self%elements%last(1, n)*candidates%half_spaces%compliance_of(level, &
-            materials, self%elements%block(n), self%elements%particle(n), self%elements%list(n)%edge))
+            materials, self%elements%block(n), self%elements%particle(n)))
       end do
    end function deepest_of
 
@@ -328,7 +328,7 @@ contains
          c%pair = pair_of(nint(element%field), meeting%field)
          ! adhesion has its own length at the edge of contact (eq. cohesive-zone)
          if (.not. self%specs(c%pair)%adhesion > 0.0_wp) &
-            c%subcell = below%compliance_of(level, materials, c%block, c%particle, element%edge)
+            c%subcell = below%compliance_of(level, materials, c%block, c%particle)
          c%relaxing = below%relaxing(level, materials, c%block, c%particle, meeting%field)
          c%has_friction = has_friction(self%specs(c%pair)%friction)
       end associate

@@ -238,7 +238,7 @@ contains
       associate (column => level%blocks(number(1))%particles%column)
          new = no_candidate
          call find_point(tool, level, materials, number(1), p, reach, &
-                         self%half_spaces%compliance_of(level, materials, number(1), p, 0.0_wp) > 0.0_wp, &
+                         self%half_spaces%compliance_of(level, materials, number(1), p) > 0.0_wp, &
                          new, edge, thickness)
          if (new%gap > reach) return
          if (is_beside_rim(new, edge, column(p, self%carried + number(3) - 1))) return
@@ -338,7 +338,7 @@ contains
                        (c%from + c%arm - block%origin)*level%grid%per_cell, &
                        span*spread(c%spans, 1, 3)*level%grid%per_cell)
          call set_area(c, level, edge, thickness, column(p, at%volume))
-         c%subcell = self%half_spaces%compliance_of(level, materials, number(1), p, width_of(c))
+         c%subcell = self%half_spaces%compliance_of(level, materials, number(1), p)
          c%relaxing = self%half_spaces%relaxing(level, materials, number(1), p, 0)
          c%area = c%share*c%area
       end associate

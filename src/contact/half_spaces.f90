@@ -14,7 +14,7 @@ module m_half_spaces
    !> The half-spaces below the contact points of a scene.
    type :: half_spaces_t
       real(wp) :: factor = 0.0_wp !< of the compliance below a cell (&contact subcell); 0: none
-      real(wp), allocatable :: widest(:)   !< (bodies): edge of the particles as they are filled in, cells
+      real(wp), allocatable :: resolved(:) !< (bodies): share of the term, by the faces at the start
       real(wp), allocatable :: modulus(:)  !< (materials): E/(1 - nu^2), Pa
       real(wp), allocatable :: last(:)     !< (materials): the same in the last step; 0 in the first
    contains
@@ -63,7 +63,9 @@ contains
       class(half_spaces_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
       self%factor = scene%contact%subcell
-      self%widest = 1.0_wp/real(scene%bodies%particles_per_cell, wp)**(1.0_wp/3.0_wp)
+      associate (widths => real(scene%bodies%particles_per_cell, wp)**(-1.0_wp/3.0_wp))
+         self%resolved = max(0.0_wp, min(1.0_wp, (wide_face - widths)/(wide_face - narrow_face)))
+      end associate
       allocate (self%modulus(size(scene%materials)), self%last(size(scene%materials)), source=0.0_wp)
    end subroutine build
 
@@ -139,32 +141,27 @@ contains
       if (before > 0.0_wp) share = 1.0_wp - before/now
    end function relaxing
 
-   !> What the half-space below a face (m wide) of a particle gives way by, m/Pa.
-   pure real(wp) function compliance_of(self, level, materials, b, p, width) result(compliance)
+   !> What the half-space below a point of a particle gives way by, m/Pa: deflection per unit of pressure that
+   !> varies within a cell.
+   pure real(wp) function compliance_of(self, level, materials, b, p) result(compliance)
       class(half_spaces_t), intent(in) :: self
       type(level_t), intent(in) :: level
       type(materials_t), intent(in) :: materials
       integer, intent(in) :: b, p !< numbers of the block and the particle
-      real(wp), intent(in) :: width
-      compliance = 0.0_wp
-      if (.not. self%factor > 0.0_wp) return
-      associate (body => level%blocks(b)%particles%body(p))
-         compliance = self%compliance(level%grid%cell, materials%of_body(body), &
-                                      max(width, self%widest(body)*level%grid%cell))
-      end associate
+      compliance = self%compliance(level, materials, level%blocks(b)%particles%body(p))
    end function compliance_of
 
-   !> The same of a material: deflection per unit of pressure that varies within a cell, the cell over the
-   !> modulus; less below faces as wide as a cell.
-   pure real(wp) function compliance(self, cell, material, width)
+   !> The same of a body: the cell over the modulus; less, or none, where one point a cell was filled in. It
+   !> does not depend on the present width of a face: a compliance that vanishes under load creates energy.
+   pure real(wp) function compliance(self, level, materials, body)
       class(half_spaces_t), intent(in) :: self
-      real(wp), intent(in) :: cell, width !< of the face; m
-      integer, intent(in) :: material     !< its number
-      real(wp) :: narrow
+      type(level_t), intent(in) :: level
+      type(materials_t), intent(in) :: materials
+      integer, intent(in) :: body !< its number
       compliance = 0.0_wp
-      if (.not. self%modulus(material) > 0.0_wp) return
-      narrow = max(0.0_wp, min(1.0_wp, (wide_face - width/cell)/(wide_face - narrow_face)))
-      compliance = self%factor*(cell/self%modulus(material)*narrow)
+      associate (modulus => self%modulus(materials%of_body(body)))
+         if (modulus > 0.0_wp) compliance = self%factor*self%resolved(body)*level%grid%cell/modulus
+      end associate
    end function compliance
 
 end module m_half_spaces

@@ -93,7 +93,7 @@ contains
       associate (c => new%point, block => level%blocks(b), column => level%blocks(b)%particles%column, &
                  pressure => candidates%pressure, friction => candidates%traction)
          call find_point(self%tools%now(t), level, materials, b, p, reach, &
-                         candidates%half_spaces%compliance_of(level, materials, b, p, 0.0_wp) > 0.0_wp, c, &
+                         candidates%half_spaces%compliance_of(level, materials, b, p) > 0.0_wp, c, &
                          edge, thickness)
          if (.not. c%gap <= reach) return
          if (is_beside_rim(c, edge, column(p, candidates%carried + t - 1))) return

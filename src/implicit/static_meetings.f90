@@ -81,8 +81,7 @@ contains
          do body = 1, size(materials%of_body)
             if (level%field_of_body(body) /= field) cycle
             young = min(young, modulus_of(body))
-            subcell = max(subcell, candidates%half_spaces%compliance(level%grid%cell, &
-                                                                     materials%of_body(body), 0.0_wp))
+            subcell = max(subcell, candidates%half_spaces%compliance(level, materials, body))
          end do
          ! both sides of a contact have points, and each bears half
          new%contact_compliance = 2.0_wp*share*compliance*level%grid%cell/(young*it%area)

@@ -148,7 +148,7 @@ contains
                   end associate
                   count = count + 1
                   modulus = 0.0_wp
-                  if (candidates%half_spaces%compliance_of(level, materials, b, near(n), edge) > 0.0_wp) &
+                  if (candidates%half_spaces%compliance_of(level, materials, b, near(n)) > 0.0_wp) &
                      modulus = candidates%half_spaces%modulus( &
                                materials%of_body(block%particles%body(near(n))))
                   ! the gap is that of a ball: a surface across the axis on top of the ball has it here; an

@@ -26,6 +26,8 @@ module m_contact_edge
    real(wp), parameter :: beside = 1.2_wp  !< cells: a point within this distance of a contact is beside it
    real(wp), parameter :: rounded = 0.5_wp !< cells: half width of the hat function for smoothing a gap
    real(wp), parameter :: sees = 1.2_wp    !< edges: a point outside gives the edge within this distance
+   real(wp), parameter :: next = 1.5_wp    !< edges: points within this distance are neighbours,
+   real(wp), parameter :: ends = 0.25_wp   !< edges: and the surface ends where none is further outwards
    integer, parameter :: fewest = 3        !< points with gaps needed to find the edge
    integer, parameter :: powers = 5        !< number of exponents of the distance, between 1 (a wedge, after
                                            !< plastic flow) and 3/2 (an elastic surface), with which gaps open
@@ -50,7 +52,10 @@ contains
       allocate (edges%sight(size(points)), source=sees*sum(points%edge, mask=in_contact)/count(in_contact))
       opening = openings()
       do p = 1, size(points)
-         if (in_contact(p)) cycle
+         if (in_contact(p)) then
+            call find_rim(points, squares, p, edges%known(p), edges%outwards(:, p), edges%back(p))
+            cycle
+         end if
          if (points(p)%beside > 0.0_wp) then ! the tool itself ends there
             edges%outwards(:, p) = points(p)%outwards
             edges%back(p) = points(p)%beside
@@ -75,6 +80,23 @@ contains
       end do
       edges%farthest = maxval([0.0_wp, edges%sight], mask=[.true., edges%known])
    end function find_edges
+
+   !> The edge of a contact where the body itself ends: half a face beyond the last point.
+   subroutine find_rim(points, squares, p, known, outwards, back)
+      type(surface_point_t), intent(in) :: points(:)
+      type(squares_t), intent(in) :: squares
+      integer, intent(in) :: p !< number of a point in contact
+      logical, intent(out) :: known
+      real(wp), intent(out) :: outwards(2), back !< back: m, below 0
+      integer :: near(size(points)), m, n
+      associate (place => points(p)%place, edge => points(p)%edge)
+         call find_neighbours(squares, place, next*edge, near, n)
+         outwards = [(sum(place(m) - points(near(:n))%place(m)), m=1, 2)]
+         outwards = outwards/max(norm2(outwards), tiny(edge))
+         back = -0.5_wp*edge
+         known = n > 1 .and. all([(dot_product(points(near(m))%place - place, outwards) < ends*edge, m=1, n)])
+      end associate
+   end subroutine find_rim
 
    !> Unit vector along which the gap grows, from those of a point and its neighbours; 0 if it does not grow.
    pure function up_the_gap(points, near, p) result(direction)

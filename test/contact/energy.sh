@@ -5,4 +5,4 @@
 # energy of the block never rises, and the condition of contact itself gives none (doc/developer/theory.md, eq.
 # carried-gap). Negative control: a judge that is given a rising energy says so.
 . "$(dirname "$0")/../harness/env.sh"
-"$PYTHON" "$ROOT/test/contact/energy.py" cylinder slope quarter_speed viscoelastic rattling
+"$PYTHON" "$ROOT/test/contact/energy.py" cylinder slope quarter_speed viscoelastic rattling squeezed
