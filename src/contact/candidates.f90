@@ -16,7 +16,7 @@ module m_candidates
    use m_friction_law, only: has_friction
    use m_half_spaces, only: half_spaces_t
    use m_contact_point, only: candidate_t, partner_t, no_candidate, drift_of, set_face, point_velocity, &
-                              place_of, width_of, overlap_rate, margin
+                              place_of, overlap_rate, margin
    implicit none
    private
    public :: candidates_t, carry_on, ahead_of

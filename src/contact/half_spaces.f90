@@ -23,6 +23,7 @@ module m_half_spaces
       procedure :: end_step
       procedure :: compliance
       procedure :: compliance_of
+      procedure :: modulus_of
       procedure :: relaxing
    end type half_spaces_t
 
@@ -151,14 +152,26 @@ contains
       compliance = self%compliance(level, materials, level%blocks(b)%particles%body(p))
    end function compliance_of
 
-   !> The same of a body: the cell over the modulus; less, or none, where one point a cell was filled in. It
-   !> does not depend on the present width of a face: a compliance that vanishes under load creates energy.
+   !> E/(1 - nu^2) below a point of a particle that has a compliance below a cell, Pa; else 0.
+   pure real(wp) function modulus_of(self, level, materials, b, p) result(modulus)
+      class(half_spaces_t), intent(in) :: self
+      type(level_t), intent(in) :: level
+      type(materials_t), intent(in) :: materials
+      integer, intent(in) :: b, p !< numbers of the block and the particle
+      modulus = 0.0_wp
+      if (self%compliance_of(level, materials, b, p) > 0.0_wp) &
+         modulus = self%modulus(materials%of_body(level%blocks(b)%particles%body(p)))
+   end function modulus_of
+
+   !> The compliance of a body: the cell over the modulus; less, or none, with one particle a cell at the start.
+   !> It does not depend on the present width of a face: one that vanishes under load creates energy.
    pure real(wp) function compliance(self, level, materials, body)
       class(half_spaces_t), intent(in) :: self
       type(level_t), intent(in) :: level
       type(materials_t), intent(in) :: materials
       integer, intent(in) :: body !< its number
       compliance = 0.0_wp
+      if (.not. self%factor > 0.0_wp) return
       associate (modulus => self%modulus(materials%of_body(body)))
          if (modulus > 0.0_wp) compliance = self%factor*self%resolved(body)*level%grid%cell/modulus
       end associate

@@ -13,6 +13,7 @@ module m_contact_area
    use m_material, only: material_t
    use m_scene_materials, only: materials_t
    use m_level, only: level_t
+   use m_half_edges, only: extents
    use m_surface_points, only: surface_point_t, squares_t, sorted_in_squares, find_neighbours
    use m_contact_edge, only: edges_t, find_edges, ahead
    use m_contact_cover, only: mirror_t, beside, share_inside, find_inside, find_covered, between, &
@@ -147,16 +148,14 @@ contains
                            *(1.0_wp - exp(-elastic_strain(law, column(near(n), :), level%layout, normal)))
                   end associate
                   count = count + 1
-                  modulus = 0.0_wp
-                  if (candidates%half_spaces%compliance_of(level, materials, b, near(n)) > 0.0_wp) &
-                     modulus = candidates%half_spaces%modulus( &
-                               materials%of_body(block%particles%body(near(n))))
+                  modulus = candidates%half_spaces%modulus_of(level, materials, b, near(n))
                   ! the gap is that of a ball: a surface across the axis on top of the ball has it here; an
                   ! elastic surface leaves the tool along its face, where the contact point is
                   lies = merge(0.0_wp, abs(dot_product(normal, tool%spec%axis)), modulus > 0.0_wp)
                   place = column(near(n), x:x + 2) - tool%spec%penetration_factor*thickness*normal &
                           /(1.0_wp + lies)
                   found(count) = surface_point_t(matmul(place, across), gap, edge, modulus=modulus)
+                  found(count)%half = matmul(extents(column(near(n), :), level%layout), abs(across))
                   ! a gap that is carried on: it is pressed, or has just been
                   if (abs(column(near(n), candidates%carried + number - 1)) > 0.0_wp) then
                      found(count)%pressed = 1.0_wp

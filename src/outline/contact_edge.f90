@@ -93,8 +93,9 @@ contains
          call find_neighbours(squares, place, next*edge, near, n)
          outwards = [(sum(place(m) - points(near(:n))%place(m)), m=1, 2)]
          outwards = outwards/max(norm2(outwards), tiny(edge))
-         back = -0.5_wp*edge
-         known = n > 1 .and. all([(dot_product(points(near(m))%place - place, outwards) < ends*edge, m=1, n)])
+         back = -merge(norm2(points(p)%half*outwards), 0.5_wp*edge, any(points(p)%half > 0.0_wp))
+         known = norm2(outwards) > 0.0_wp &
+            .and. all([(dot_product(points(near(m))%place - place, outwards) < ends*edge, m=1, n)])
       end associate
    end subroutine find_rim
 

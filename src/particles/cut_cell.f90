@@ -10,10 +10,13 @@ module m_cut_cell
    integer, parameter :: halvings = 2  !< halvings of a cube cut by the surface before the surface is taken as
                                        !< plane
    integer, parameter :: samples = 2**halvings
+   real(wp), parameter :: one_face = 0.98_wp !< cosine: places whose normals differ by less are of one face
+   real(wp), parameter :: just = 0.1_wp !< halves of a cube: just below a surface
    real(wp), parameter :: hair = 1.0e-6_wp !< edges: a surface so near to a side of a cube lies on it
    real(wp), parameter :: tie = 1.0e-6_wp !< places that differ by less, in half edges, and normals whose
                                           !< components do, count as equal: the first is taken
    real(wp), parameter :: first_wins(3) = [1.0_wp + 2.0_wp*tie, 1.0_wp + tie, 1.0_wp]
+   real(wp), parameter :: aligned = 1.0e-6_wp !< a squared correlation so small is of a cut along an axis
    real(wp), parameter :: nothing = 1.0e-9_wp !< of a cube: so small a part is round-off
    real(wp), parameter, public :: min_share = 0.2_wp !< smaller parts of a cube are added to the next cube
                                                      !< inwards
@@ -23,9 +26,10 @@ module m_cut_cell
    type :: part_t
       real(wp) :: volume = 0.0_wp    !< m3
       real(wp) :: first(3) = 0.0_wp  !< m4
-      real(wp) :: second(3) = 0.0_wp !< m5
+      real(wp) :: second(3, 3) = 0.0_wp !< m5
    contains
       procedure :: middle
+      procedure :: spread_of
       procedure :: half_edges
       procedure :: half_edges_of_section
    end type part_t
@@ -49,23 +53,40 @@ contains
       middle = self%first/self%volume
    end function middle
 
-   !> Half the edges (m) of the axis-aligned box with the same volume and the same ratios of moments of
-   !> inertia as the part; none longer than `longest`.
+   !> Second moments about the centre over the volume, m2.
+   pure function spread_of(self) result(spread)
+      class(part_t), intent(in) :: self
+      real(wp) :: spread(3, 3), centre(3)
+      integer :: i
+      centre = self%middle()
+      do i = 1, 3
+         spread(:, i) = self%second(:, i)/self%volume - centre*centre(i)
+      end do
+   end function spread_of
+
+   !> Half the edges (m) of the axis-aligned box with the same volume and the same moments of inertia as the
+   !> part, where there is one: of a part that is cut obliquely they are changed along the directions that the
+   !> cut is oblique to. None is longer than `longest`.
    pure function half_edges(self, longest) result(half)
       class(part_t), intent(in) :: self
       real(wp), intent(in) :: longest !< m
-      real(wp) :: half(3)
-      half = sqrt(3.0_wp*max(self%second/self%volume - self%middle()**2, 0.0_wp))
-      half = half*(self%volume/(8.0_wp*product(half)))**(1.0_wp/3.0_wp)
-      half = min(half, longest)
+      real(wp) :: half(3), oblique(3), spread(3, 3)
+      integer :: i
+      spread = self%spread_of()
+      half = [(sqrt(3.0_wp*max(spread(i, i), 0.0_wp)), i=1, 3)]
+      oblique = [(sum((3.0_wp*spread(:, i)/(half*half(i)))**2) - 1.0_wp, i=1, 3)]
+      oblique = (oblique + aligned)/sum(oblique + aligned)
+      half = min(half*(self%volume/(8.0_wp*product(half)))**oblique, longest)
    end function half_edges
 
    !> The same for the part of the square in which a section cuts the cube; its thickness is that of the cube.
    pure function half_edges_of_section(self, longest, across) result(half)
       class(part_t), intent(in) :: self
       real(wp), intent(in) :: longest, across !< m; half the cube's edge
-      real(wp) :: half(3)
-      half = sqrt(3.0_wp*max(self%second/self%volume - self%middle()**2, 0.0_wp))
+      real(wp) :: half(3), spread(3, 3)
+      integer :: i
+      spread = self%spread_of()
+      half = [(sqrt(3.0_wp*max(spread(i, i), 0.0_wp)), i=1, 3)]
       half(2) = across
       half([1, 3]) = min(half([1, 3])*sqrt(self%volume/(8.0_wp*product(half))), longest)
    end function half_edges_of_section
@@ -78,8 +99,8 @@ contains
       type(part_t), intent(inout) :: part
       logical, intent(in) :: flat            !< of a section
       integer, intent(in), optional :: depth !< remaining halvings
-      real(wp) :: distance, normal(3), share, centre(3), parts(3)
-      integer :: left, octant
+      real(wp) :: distance, normal(3, 2), share(2), centre(3), parts(3)
+      integer :: i, left, octant
       left = halvings
       if (present(depth)) left = depth
       if (shape%is_searched()) then
@@ -87,7 +108,7 @@ contains
          normal = 0.0_wp ! unused where the cube is inside
       end if
       if (.not. shape%is_searched() .or. distance > -sqrt(3.0_wp)*half) &
-         call shape%distance_and_normal(middle, distance, normal)
+         call shape%distance_and_normal(middle, distance, normal(:, 1))
       if (distance >= sqrt(3.0_wp)*half) return
       if (left > 0 .and. distance > -sqrt(3.0_wp)*half) then
          do octant = 0, 7
@@ -99,17 +120,50 @@ contains
          return
       end if
       share = 1.0_wp
-      if (distance > -sqrt(3.0_wp)*half) share = share_below(distance, half, normal)
-      if (share <= 0.0_wp) return
-      associate (volume => share*(2.0_wp*half)**3*merge(2**(halvings - left), 1, flat))
-         ! the remainder of a box after a cut across its shortest direction
-         centre = middle - (1.0_wp - share)*half*normal
+      if (distance > -sqrt(3.0_wp)*half) call find_faces(shape, middle, half, distance, normal, share)
+      if (product(share) <= 0.0_wp) return
+      associate (volume => product(share)*(2.0_wp*half)**3*merge(2**(halvings - left), 1, flat))
+         ! the remainder of a box after cuts across its shortest direction
+         centre = middle - half*matmul(normal, 1.0_wp - share)
          part%volume = part%volume + volume
          part%first = part%first + volume*centre
-         part%second = part%second + &
-            volume*(centre**2 + half**2/3.0_wp*(1.0_wp - normal**2*(1.0_wp - share**2)))
+         do i = 1, 3
+            part%second(:, i) = part%second(:, i) + volume*centre*centre(i)
+            part%second(i, i) = part%second(i, i) &
+               + volume*half**2/3.0_wp*(1.0_wp - dot_product(normal(i, :)**2, 1.0_wp - share**2))
+         end do
       end associate
    end subroutine find_part
+
+   !> Shares of a cube below the faces of a shape that it reaches, and their normals: one face, or two that
+   !> meet at an edge. A distance knows the nearest face alone, and outside of an edge neither. Faces are
+   !> looked for within the shape: below the nearest point, and from an edge of the cube below the first face.
+   pure subroutine find_faces(shape, middle, half, distance, normal, share)
+      class(shape_t), intent(in) :: shape
+      real(wp), intent(in) :: middle(3), half
+      real(wp), intent(in) :: distance        !< of the middle, m
+      real(wp), intent(inout) :: normal(3, 2) !< the first: of the middle; the second: 0, if there is none
+      real(wp), intent(out) :: share(2)
+      real(wp) :: below, face(3), place(3), to_first
+      to_first = distance
+      if (distance > 0.0_wp) then
+         place = middle - (distance + just*half)*normal(:, 1)
+         call shape%distance_and_normal(place, below, face)
+         if (dot_product(normal(:, 1), face) < one_face) then
+            normal(:, 1) = face
+            to_first = below + dot_product(face, middle - place)
+         end if
+      end if
+      share(1) = share_below(to_first, half, normal(:, 1))
+      place = middle - (max(to_first, 0.0_wp) + 2.0_wp*half)*normal(:, 1)
+      call shape%distance_and_normal(place, below, normal(:, 2))
+      share(2) = 1.0_wp
+      if (dot_product(normal(:, 1), normal(:, 2)) < one_face) then
+         share(2) = share_below(below + dot_product(normal(:, 2), middle - place), half, normal(:, 2))
+      else
+         normal(:, 2) = 0.0_wp
+      end if
+   end subroutine find_faces
 
    !> Share of a cube below a plane at a distance from its middle: exact for planes along the grid, right on
    !> average over all distances for others.

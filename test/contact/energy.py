@@ -231,7 +231,8 @@ SQUEEZED = """&scene title='rubber squeezed to a fifth of its height', end_time=
 &material name='rubber', model='neo_hookean', density=1000, young=1e6, poisson=0.45 /
 &body material='rubber', shape='box', lower=0,0,0, upper=2,2,4 /
 &damping kind='viscous', coefficient=5 /
-&tool name='flat', shape='flat', radius=50, tip=0,0,4, times={times}, speeds={speeds}, penetration_factor=0.5 /
+&tool name='flat', shape='flat', radius=50, tip=0,0,4, times={times}, speeds={speeds},
+      penetration_factor=0.5 /
 &output directory='{name}', formats='none' /
 """
 
@@ -242,14 +243,15 @@ def squeezed(name):
     gives 1 to 10 % of the energy. Below 0.46 of its height the sides fold, and what folds shed is lost."""
     times = np.linspace(0, 1.5, 12)
     speeds = 4 * math.log(5) / 1.5 * np.exp(-math.log(5) / 1.5 * times)
-    texts = {key: ",".join(f"{x:.6g}" for x in values) for key, values in (("times", times), ("speeds", speeds))}
-    run(name, SQUEEZED.format(name=name, **texts))
+    times, speeds = (",".join(f"{x:.6g}" for x in values) for values in (times, speeds))
+    run(name, SQUEEZED.format(name=name, times=times, speeds=speeds))
     require(f"{name}: to a fifth", History(Path(name) / "tool_flat.dat")["depth"][-1] > 3.19)
     work_of_condition(name, 0.1, 0.05)
 
 
 if __name__ == "__main__":
     require("control: a rising energy is seen", rises(np.array([1.0, 1.003, 0.9])) > 2e-3)
+    others = {"extrusion": extrusion, "drawing": drawing, "rattling": rattling, "squeezed": squeezed}
     for name in sys.argv[1:]:
-        {"extrusion": extrusion, "drawing": drawing, "rattling": rattling, "squeezed": squeezed}.get(name, fly)(name)
+        others.get(name, fly)(name)
     finish()
