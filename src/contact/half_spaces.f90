@@ -163,8 +163,8 @@ contains
          modulus = self%modulus(materials%of_body(level%blocks(b)%particles%body(p)))
    end function modulus_of
 
-   !> The compliance of a body: the cell over the modulus; less, or none, with one particle a cell at the start.
-   !> It does not depend on the present width of a face: one that vanishes under load creates energy.
+   !> The compliance of a body: the cell over the modulus; less or none with one particle a cell at the start.
+   !> It does not depend on the present width of faces: one that vanishes under load creates energy.
    pure real(wp) function compliance(self, level, materials, body)
       class(half_spaces_t), intent(in) :: self
       type(level_t), intent(in) :: level
