@@ -20,9 +20,10 @@ contains
             integer(c_int), value :: status
          end subroutine c_exit
       end interface
+      integer :: ignored
       logical :: done
-      flush (output_unit)
-      flush (error_unit)
+      flush (output_unit, iostat=ignored)
+      flush (error_unit, iostat=ignored)
       call MPI_Finalized(done)
       if (.not. done) call MPI_Finalize()
       call c_exit(int(status, c_int))

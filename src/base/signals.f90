@@ -3,11 +3,11 @@ module m_signals
    use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_funptr, c_funloc, c_null_funptr
    implicit none
    private
-   public :: catch_signals, signal_caught, forget_checkpoint_signal
+   public :: catch_signals, ignore_closed_pipes, signal_caught, forget_checkpoint_signal
 
    integer(c_int), parameter, public :: signal_interrupt = 2, signal_user = 10, signal_terminate = 15
                                                         !< of Linux
-   integer(c_int), parameter :: signal_file_size = 25
+   integer(c_int), parameter :: signal_pipe = 13, signal_file_size = 25
    integer(c_intptr_t), parameter :: to_ignore = 1 !< SIG_IGN
    integer(c_int), volatile, protected, bind(c, name='gimp3d_stop_signal') :: stop_signal = 0
    integer(c_int), volatile, protected, bind(c, name='gimp3d_user_signal') :: user_signal = 0
@@ -30,7 +30,15 @@ contains
       ignored = c_signal(signal_interrupt, c_funloc(note_signal))
       ignored = c_signal(signal_terminate, c_funloc(note_signal))
       ignored = c_signal(signal_file_size, transfer(to_ignore, c_null_funptr))
+      call ignore_closed_pipes()
    end subroutine catch_signals
+
+   !> A pipe that nobody reads any more gives a write error instead of a signal: a run goes on without its
+   !> console, its log has all.
+   subroutine ignore_closed_pipes()
+      type(c_funptr) :: ignored
+      ignored = c_signal(signal_pipe, transfer(to_ignore, c_null_funptr))
+   end subroutine ignore_closed_pipes
 
    !> The signal received by this rank: one that ends the run has priority over one that does not; 0 if none.
    integer function signal_caught()

@@ -3,6 +3,7 @@ module m_petsc_session
 #include <petsc/finclude/petscsys.h>
 #undef MPI_Comm
    use petscsys
+   use m_signals, only: ignore_closed_pipes
    implicit none
    private
    public :: begin_petsc, end_petsc
@@ -19,6 +20,7 @@ contains
       if (there) return
       PETSC_COMM_WORLD = comm
       PetscCallA(PetscInitialize(PETSC_NULL_CHARACTER, ierr))
+      call ignore_closed_pipes() ! PETSc has set a handler that ends the run
       ! PETSc reads the program's own command line too; 3.22 and later warn of what they do not know there
       PetscCallA(PetscOptionsHasName(PETSC_NULL_OPTIONS, PETSC_NULL_CHARACTER, '-options_left', given, ierr))
       if (.not. given) then
@@ -33,6 +35,7 @@ contains
       PetscErrorCode :: ierr
       if (began) then
          PetscCallA(PetscFinalize(ierr))
+         call ignore_closed_pipes() ! it has taken its handlers away
       end if
       began = .false.
    end subroutine end_petsc

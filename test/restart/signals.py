@@ -91,4 +91,20 @@ require("no &output: it begins", any(line.startswith("guard ") for line in proce
 process.send_signal(signal.SIGTERM)
 output = process.communicate()[0]
 require(f"no &output: {said(output)}", process.returncode == 5 and "no &output" in said(output))
+
+# nobody reads the console any more: the run goes on, with PETSc (quasi-static steps) and without
+STATIC = """&scene title='a block pressed, quasi-static', end_time={end} /
+&grid lower=0,0,0, upper=4,4,4, cell_size=1, boundary='roller','free','roller','free','roller','free' /
+&material name='soft', model='elastic', density=1000, young=1e6, poisson=0.3 /
+&body material='soft', shape='box', lower=0,0,0, upper=3,3,3 /
+&pressure lower=0,0,3, upper=3,3,3, times=0, values=1e3 /
+&quasi_static step={end} /
+"""
+for name, text in (("unread", PLASTIC), ("unread_static", STATIC)):
+    process = subprocess.Popen(GIMP3D, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    process.stdout.close()
+    process.stdout = None
+    error = process.communicate(scene(text, name, end=0.1, history=0.01).encode())[1].decode()
+    require(f"{name}: status {process.returncode} {error[-200:]}", process.returncode == 0)
+    require(f"{name}: the log is whole", "\nprocessors: " in Path(name, "run.log").read_text())
 finish()
