@@ -67,7 +67,7 @@ contains
 
    !> Which positions of a row the contact covers: those at start + along (i + 1/2) width, from i = first on.
    !> Each point is asked for the positions that it reaches: the nearest point counts, and before it the edge
-   !> of the nearest point that has found one.
+   !> of the nearest point that has found one. Where that is the end of the body, domains beyond it count.
    pure subroutine find_covered(points, squares, in_contact, edges, edge, along, start, width, first, covered)
       type(surface_point_t), intent(in) :: points(:)
       type(squares_t), intent(in) :: squares
@@ -79,12 +79,14 @@ contains
       logical, intent(out) :: covered(first:)
       real(wp), dimension(first:ubound(covered, 1)) :: nearest, nearest_out !< squared distances, m2
       integer, dimension(first:ubound(covered, 1)) :: out
+      logical, dimension(first:ubound(covered, 1)) :: within
       real(wp) :: half, middle, reach, square
       integer :: i, n, of_row(2), p
       covered = .false.
       nearest = huge(edge)
       nearest_out = huge(edge)
       out = 0
+      within = .false.
       of_row = sorted_near(squares, start, start + along*width*(first + size(covered)), &
                            max(edge, edges%farthest))
       do n = of_row(1), of_row(2)
@@ -102,15 +104,22 @@ contains
                nearest(i) = square
                covered(i) = in_contact(p) .and. square < (beside*edge)**2
             end if
+            if (in_contact(p)) &
+               within(i) = within(i) .or. all(abs(points(p)%place - position(i)) < points(p)%half)
             if (.not. edges%known(p) .or. square >= min(nearest_out(i), edges%sight(p)**2)) cycle
             nearest_out(i) = square
             out(i) = p
          end do
       end do
       do i = first, ubound(covered, 1)
-         if (out(i) > 0) covered(i) = nearest(i) < edge**2 &
-            .and. dot_product(points(out(i))%place - position(i), edges%outwards(:, out(i))) &
-            > edges%back(out(i))
+         if (out(i) == 0) cycle
+         associate (towards => dot_product(points(out(i))%place - position(i), edges%outwards(:, out(i))))
+            if (in_contact(out(i))) then
+               covered(i) = nearest(i) < edge**2 .and. (towards > 0.0_wp .or. within(i))
+            else
+               covered(i) = nearest(i) < edge**2 .and. towards > edges%back(out(i))
+            end if
+         end associate
       end do
    contains
       pure function position(i)

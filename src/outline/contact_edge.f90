@@ -93,7 +93,7 @@ contains
          call find_neighbours(squares, place, next*edge, near, n)
          outwards = [(sum(place(m) - points(near(:n))%place(m)), m=1, 2)]
          outwards = outwards/max(norm2(outwards), tiny(edge))
-         back = -merge(norm2(points(p)%half*outwards), 0.5_wp*edge, any(points(p)%half > 0.0_wp))
+         back = -norm2(points(p)%half*outwards)
          known = norm2(outwards) > 0.0_wp &
             .and. all([(dot_product(points(near(m))%place - place, outwards) < ends*edge, m=1, n)])
       end associate

@@ -19,7 +19,7 @@ module m_surface_points
       real(wp) :: traction = 0.0_wp !< pressure of the tool on it, Pa
       real(wp) :: modulus = 0.0_wp  !< of the half-space, if the compliance below cells is included, so that
                                     !< single pressures are accurate, Pa; else 0
-      real(wp) :: half(2) = 0.0_wp  !< half the size of its domain in the projection, m; 0: that of a cube
+      real(wp) :: half(2) = 0.0_wp  !< half the size of its domain in the projection, m
    end type surface_point_t
 
    !> Places of points, sorted by squares of a cell's width: row by row, and in a square as the points stand.

@@ -41,7 +41,7 @@ ROUND, SQUARE = "shape='cylinder', center=0,0,0, radius=4, height=4", "shape='bo
 COVERED = {
     "section": (AXISYMMETRIC, ROUND, np.pi * 16, 1.0),
     "square": (QUARTER, SQUARE, 16.0, 1.0),
-    "round": (QUARTER, ROUND, np.pi * 4, 4.0),
+    "round": (QUARTER, ROUND, np.pi * 4, 1.5),
 }
 BALL, SLOPE, TIP = (
     200e-6,
