@@ -28,8 +28,9 @@ contains
 
    !> Number the free components of all nodes with mass that are not constrained by a coarser level: `nodes`
    !> of the level hold the sums of P2G. Light nodes without a filled cell are fixed: only the ghost penalty
-   !> would support them. Not so near the next finer level's edge: the restricted forces of its constrained
-   !> nodes are as large as the stress of its particles makes them, however light they are.
+   !> would support them. All nodes of a filled cell are unknowns, also where weights vanish by round-off: the
+   !> ghost penalty would hold a body to a fixed one. Near the next finer level's edge all with mass are: what
+   !> its constrained nodes restrict is as large as the stress of its particles makes it, however light they are.
    subroutine number(self, level, filled, heaviest, finer)
       class(static_nodes_t), intent(inout) :: self
       type(level_t), intent(in) :: level
@@ -37,14 +38,15 @@ contains
       real(wp), intent(in) :: heaviest             !< largest mass of a node of the level, kg
       type(level_t), intent(in), optional :: finer !< the next one
       integer :: pass, b, i, j, k, axis, n, node(3)
-      logical :: held(3)
+      logical :: has_mass, held(3)
       do pass = 1, 2
          n = 0
          do b = 1, size(level%blocks)
             do k = 0, tile_last
                do j = level%grid%rows(1), level%grid%rows(2)
                   do i = 0, tile_last
-                     if (.not. level%nodes(mass_, i, j, k, b) > 0.0_wp) cycle
+                     has_mass = level%nodes(mass_, i, j, k, b) > 0.0_wp
+                     if (.not. (has_mass .or. all([i, j, k] > 0))) cycle
                      if (.not. is_own_node(level, b, [i, j, k])) cycle
                      node = tile_node(level, b, [i, j, k])
                      if (any([(inside(level%grid, axis, node(axis)) /= node(axis), axis=1, 3)])) cycle
@@ -53,7 +55,7 @@ contains
                      end if
                      if (level%nodes(mass_, i, j, k, b) <= light*heaviest) then
                         if (.not. (any_filled(filled(:, :, :, b), [i, j, k]) &
-                                   .or. is_beside(node, finer))) cycle
+                                   .or. (has_mass .and. is_beside(node, finer)))) cycle
                      end if
                      held = held_components(level%grid, node)
                      do axis = 1, 3

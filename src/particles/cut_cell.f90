@@ -24,8 +24,9 @@ module m_cut_cell
 
    !> A part of a body, and the moments of its volume.
    type :: part_t
-      real(wp) :: volume = 0.0_wp    !< m3
-      real(wp) :: first(3) = 0.0_wp  !< m4
+      real(wp) :: volume = 0.0_wp       !< m3
+      real(wp) :: from(3) = 0.0_wp      !< place within it that moments are taken about, m
+      real(wp) :: first(3) = 0.0_wp     !< m4
       real(wp) :: second(3, 3) = 0.0_wp !< m5
    contains
       procedure :: middle
@@ -50,7 +51,7 @@ contains
    pure function middle(self)
       class(part_t), intent(in) :: self
       real(wp) :: middle(3)
-      middle = self%first/self%volume
+      middle = self%from + self%first/self%volume
    end function middle
 
    !> Second moments about the centre over the volume, m2.
@@ -58,7 +59,7 @@ contains
       class(part_t), intent(in) :: self
       real(wp) :: spread(3, 3), centre(3)
       integer :: i
-      centre = self%middle()
+      centre = self%first/self%volume
       do i = 1, 3
          spread(:, i) = self%second(:, i)/self%volume - centre*centre(i)
       end do
@@ -75,8 +76,10 @@ contains
       spread = self%spread_of()
       half = [(sqrt(3.0_wp*max(spread(i, i), 0.0_wp)), i=1, 3)]
       oblique = [(sum((3.0_wp*spread(:, i)/(half*half(i)))**2) - 1.0_wp, i=1, 3)]
-      oblique = (oblique + aligned)/sum(oblique + aligned)
-      half = min(half*(self%volume/(8.0_wp*product(half)))**oblique, longest)
+      oblique = merge(oblique, 0.0_wp, oblique > aligned)
+      if (any(oblique > 0.0_wp)) &
+         half = half*(self%volume/(8.0_wp*product(half)))**(oblique/sum(oblique))
+      half = min(half, longest)
    end function half_edges
 
    !> The same for the part of the square in which a section cuts the cube; its thickness is that of the cube.
@@ -103,10 +106,8 @@ contains
       integer :: i, left, octant
       left = halvings
       if (present(depth)) left = depth
-      if (shape%is_searched()) then
-         distance = shape%max_distance(middle)
-         normal = 0.0_wp ! unused where the cube is inside
-      end if
+      normal = 0.0_wp ! unused where the cube is inside
+      if (shape%is_searched()) distance = shape%max_distance(middle)
       if (.not. shape%is_searched() .or. distance > -sqrt(3.0_wp)*half) &
          call shape%distance_and_normal(middle, distance, normal(:, 1))
       if (distance >= sqrt(3.0_wp)*half) return
@@ -124,7 +125,8 @@ contains
       if (product(share) <= 0.0_wp) return
       associate (volume => product(share)*(2.0_wp*half)**3*merge(2**(halvings - left), 1, flat))
          ! the remainder of a box after cuts across its shortest direction
-         centre = middle - half*matmul(normal, 1.0_wp - share)
+         if (.not. part%volume > 0.0_wp) part%from = middle
+         centre = middle - part%from - half*matmul(normal, 1.0_wp - share)
          part%volume = part%volume + volume
          part%first = part%first + volume*centre
          do i = 1, 3
@@ -144,26 +146,32 @@ contains
       real(wp), intent(in) :: distance        !< of the middle, m
       real(wp), intent(inout) :: normal(3, 2) !< the first: of the middle; the second: 0, if there is none
       real(wp), intent(out) :: share(2)
-      real(wp) :: below, face(3), place(3), to_first
+      real(wp) :: face(3), to_face, to_first
       to_first = distance
-      if (distance > 0.0_wp) then
-         place = middle - (distance + just*half)*normal(:, 1)
-         call shape%distance_and_normal(place, below, face)
-         if (dot_product(normal(:, 1), face) < one_face) then
+      call find_face(shape, middle, normal(:, 1), max(distance, 0.0_wp) + 2.0_wp*half, face, to_face)
+      if (distance > 0.0_wp .and. dot_product(normal(:, 1), face) < one_face) then
+         call find_face(shape, middle, normal(:, 1), distance + just*half, face, to_face)
+         if (dot_product(normal(:, 1), face) < one_face) then ! the middle is outside of an edge
             normal(:, 1) = face
-            to_first = below + dot_product(face, middle - place)
+            to_first = to_face
          end if
+         call find_face(shape, middle, normal(:, 1), max(to_first, 0.0_wp) + 2.0_wp*half, face, to_face)
       end if
-      share(1) = share_below(to_first, half, normal(:, 1))
-      place = middle - (max(to_first, 0.0_wp) + 2.0_wp*half)*normal(:, 1)
-      call shape%distance_and_normal(place, below, normal(:, 2))
-      share(2) = 1.0_wp
-      if (dot_product(normal(:, 1), normal(:, 2)) < one_face) then
-         share(2) = share_below(below + dot_product(normal(:, 2), middle - place), half, normal(:, 2))
-      else
-         normal(:, 2) = 0.0_wp
-      end if
+      share = [share_below(to_first, half, normal(:, 1)), 1.0_wp]
+      normal(:, 2) = 0.0_wp
+      if (dot_product(normal(:, 1), face) > one_face) return
+      normal(:, 2) = face
+      share(2) = share_below(to_face, half, face)
    end subroutine find_faces
+
+   !> The face that is nearest from a place below another face, and how far a point is from its plane.
+   pure subroutine find_face(shape, point, normal, depth, face, distance)
+      class(shape_t), intent(in) :: shape
+      real(wp), intent(in) :: point(3), normal(3), depth !< of the place: from the point against the normal, m
+      real(wp), intent(out) :: face(3), distance         !< normal; m
+      call shape%distance_and_normal(point - depth*normal, distance, face)
+      distance = distance + depth*dot_product(face, normal)
+   end subroutine find_face
 
    !> Share of a cube below a plane at a distance from its middle: exact for planes along the grid, right on
    !> average over all distances for others.
@@ -209,10 +217,11 @@ contains
          end do
       end do
    contains
+      !> The same from all sites beside a cube, whose middles are rounded differently.
       pure real(wp) function volume_of(place)
          real(wp), intent(in) :: place(3)
          type(part_t) :: part
-         call find_part(shape, place, half, part, flat)
+         call find_part(shape, tie*half*anint(place/(tie*half)), half, part, flat)
          volume_of = part%volume
       end function volume_of
    end subroutine cells_of_particle
