@@ -53,36 +53,54 @@ contains
       end do
    end subroutine fold_symmetry
 
-   !> After the nodal solve: fix the constrained components, and set the row outside a symmetry plane to the
-   !> mirror of the row inside.
+   !> After the nodal solve: fix the constrained components, then set the row outside a symmetry plane to the
+   !> mirror of the row inside, which is on the opposite side of a grid of one cell.
    pure subroutine apply_boundary(grid, place, tile)
       type(grid_level_t), intent(in) :: grid
       integer, intent(in) :: place(3)
       real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
-      integer :: axis, side, plane, on(3), out(3), in(3), u, v
+      integer :: axis, side, plane, on(3), out(3), u, v
       logical :: has_outside
       do axis = 1, 3
          do side = 1, 2
             plane = grid%plane(place, side, axis)
             if (plane < 0) cycle
-            has_outside = plane + outward(side) >= 0 .and. plane + outward(side) <= last
+            has_outside = plane + outward(side) >= 0 .and. plane + outward(side) <= last &
+                          .and. .not. side_kinds(grid%boundary(side, axis))%mirrors
             do v = first_v(grid, axis), last_v(grid, axis)
                do u = first_u(grid, axis), last_u(grid, axis)
                   on = row_node(axis, plane, u, v)
                   call hold(grid%boundary(side, axis), axis, tile(:, on(1), on(2), on(3)))
                   if (.not. has_outside) cycle
                   out = row_node(axis, plane + outward(side), u, v)
-                  if (.not. side_kinds(grid%boundary(side, axis))%mirrors) then
-                     call hold(grid%boundary(side, axis), axis, tile(:, out(1), out(2), out(3)))
-                  else if (plane > 0 .and. plane < last) then
-                     in = row_node(axis, plane - outward(side), u, v)
-                     tile(:, out(1), out(2), out(3)) = motion_parity(:, axis)*tile(:, in(1), in(2), in(3))
-                  end if
+                  call hold(grid%boundary(side, axis), axis, tile(:, out(1), out(2), out(3)))
                end do
             end do
          end do
+         call mirror_rows(grid, place, axis, motion_parity(:, axis), tile)
       end do
    end subroutine apply_boundary
+
+   !> Set the rows outside of symmetry planes across an axis to the mirror images of the rows inside.
+   pure subroutine mirror_rows(grid, place, axis, parity, tile)
+      type(grid_level_t), intent(in) :: grid
+      integer, intent(in) :: place(3), axis
+      real(wp), intent(in) :: parity(:) !< across the axis
+      real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
+      integer :: side, plane, out(3), in(3), u, v
+      do side = 1, 2
+         if (.not. side_kinds(grid%boundary(side, axis))%mirrors) cycle
+         plane = grid%plane(place, side, axis)
+         if (plane < 1 .or. plane > last - 1) cycle
+         do v = first_v(grid, axis), last_v(grid, axis)
+            do u = first_u(grid, axis), last_u(grid, axis)
+               out = row_node(axis, plane + outward(side), u, v)
+               in = row_node(axis, plane - outward(side), u, v)
+               tile(:, out(1), out(2), out(3)) = parity*tile(:, in(1), in(2), in(3))
+            end do
+         end do
+      end do
+   end subroutine mirror_rows
 
    !> True when apply_boundary would change the tile of a block.
    pure logical function has_boundary(grid, place)
@@ -104,7 +122,7 @@ contains
       integer, intent(in) :: place(3)
       real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
       real(wp), intent(in) :: parity(:, :) !< motion_parity or stress_parity
-      integer :: axis, side, plane, on(3), out(3), in(3), u, v
+      integer :: axis, side, plane, on(3), u, v
       do axis = 1, 3
          do side = 1, 2
             if (.not. side_kinds(grid%boundary(side, axis))%mirrors) cycle
@@ -115,13 +133,10 @@ contains
                   on = row_node(axis, plane, u, v)
                   tile(:, on(1), on(2), on(3)) = 0.5_wp*(1.0_wp + parity(:, axis)) &
                      *tile(:, on(1), on(2), on(3))
-                  if (plane < 1 .or. plane > last - 1) cycle
-                  out = row_node(axis, plane + outward(side), u, v)
-                  in = row_node(axis, plane - outward(side), u, v)
-                  tile(:, out(1), out(2), out(3)) = parity(:, axis)*tile(:, in(1), in(2), in(3))
                end do
             end do
          end do
+         call mirror_rows(grid, place, axis, parity(:, axis), tile)
       end do
    end subroutine mirror_means
 

@@ -30,7 +30,7 @@ contains
    !> of the level hold the sums of P2G. Light nodes without a filled cell are fixed: only the ghost penalty
    !> would support them. All nodes of a filled cell are unknowns, also where weights vanish by round-off: the
    !> ghost penalty would hold a body to a fixed one. Near the next finer level's edge all with mass are: what
-   !> its constrained nodes restrict is as large as the stress of its particles makes it, however light they are.
+   !> its constrained nodes restrict is as large as the stress of its particles, however light they are.
    subroutine number(self, level, filled, heaviest, finer)
       class(static_nodes_t), intent(inout) :: self
       type(level_t), intent(in) :: level
