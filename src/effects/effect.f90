@@ -10,7 +10,7 @@ module m_effect
    use m_grid_level, only: grid_level_t
    use m_level, only: level_t
    use m_scene_materials, only: materials_t
-   use m_shape, only: shape_t
+   use m_scene, only: body_spec_t
    use m_offer, only: offer_t
    use m_particle_store, only: particle_store_t
    use m_section, only: section_t
@@ -112,12 +112,13 @@ contains
       type(grid_level_t), intent(in) :: grid
    end subroutine initialise
 
-   !> Read data from the shape of a body that has just been filled in a block.
-   subroutine cover(self, particles, first, shape, cells, layout, grid)
+   !> Read data from the shape of a body that has just been filled in a block, and of those beside it.
+   subroutine cover(self, particles, first, bodies, body, cells, layout, grid)
       class(effect_t), intent(in) :: self
       type(particle_store_t), intent(inout) :: particles
       integer, intent(in) :: first !< first of the body's particles, which are the last ones
-      class(shape_t), intent(in) :: shape
+      type(body_spec_t), intent(in) :: bodies(:) !< all of the scene
+      integer, intent(in) :: body !< number of this one
       real(wp), intent(in) :: cells(:, :) !< (4, the body's particles): middle and half edge of their lattice
                                           !< sites, m
       type(layout_t), intent(in) :: layout

@@ -13,7 +13,7 @@ module m_pressure
    use m_grid_level, only: grid_level_t
    use m_field_table, only: field_table_t, layout_t
    use m_particle_store, only: particle_store_t
-   use m_shape, only: shape_t
+   use m_scene, only: body_spec_t
    use m_cut_cell, only: cells_of_particle, find_surface, cell_limit
    use m_block, only: block_t
    use m_level, only: level_t
@@ -145,12 +145,13 @@ contains
    end function is_box
 
    !> Assign to particles the surface of their body that lies within the box, in their lattice sites and those
-   !> merged into them.
-   subroutine cover(self, particles, first, shape, cells, layout, grid)
+   !> merged into them; not where another body touches it.
+   subroutine cover(self, particles, first, bodies, body, cells, layout, grid)
       class(pressure_t), intent(in) :: self
       type(particle_store_t), intent(inout) :: particles
       integer, intent(in) :: first
-      class(shape_t), intent(in) :: shape
+      type(body_spec_t), intent(in) :: bodies(:)
+      integer, intent(in) :: body
       real(wp), intent(in) :: cells(:, :)
       type(layout_t), intent(in) :: layout
       type(grid_level_t), intent(in) :: grid
@@ -161,13 +162,13 @@ contains
          middle = cells(1:3, p)
          associate (half => cells(4, p), column => particles%column(first + p - 1, :))
             if (any(middle + 3.0_wp*half < self%lower) .or. any(middle - 3.0_wp*half > self%upper)) cycle
-            call cells_of_particle(shape, middle, half, .false., places, count)
+            call cells_of_particle(bodies(body)%shape, middle, half, .false., places, count)
             area = 0.0_wp
             size_of = 0.0_wp
             weighted = 0.0_wp
             do c = 1, count
-               call find_surface(shape, places(:, c), half, grid%lower, grid%upper, self%lower, &
-                                 self%upper, area, size_of, weighted)
+               call find_surface(bodies(body)%shape, places(:, c), half, grid%lower, grid%upper, self%lower, &
+                                 self%upper, area, size_of, weighted, bodies, body)
             end do
             if (.not. norm2(area) > 0.0_wp) cycle
             column(self%area:self%area + 2) = area

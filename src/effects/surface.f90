@@ -90,11 +90,12 @@ contains
    end subroutine declare
 
    !> Set the elements of a body's particles that have just been put into a block.
-   subroutine cover(self, particles, first, shape, cells, layout, grid)
+   subroutine cover(self, particles, first, bodies, body, cells, layout, grid)
       class(surface_t), intent(in) :: self
       type(particle_store_t), intent(inout) :: particles
       integer, intent(in) :: first
-      class(shape_t), intent(in) :: shape
+      type(body_spec_t), intent(in) :: bodies(:)
+      integer, intent(in) :: body
       real(wp), intent(in) :: cells(:, :)
       type(layout_t), intent(in) :: layout
       type(grid_level_t), intent(in) :: grid

@@ -122,7 +122,7 @@ contains
                                              self%levels(l)%layout, filled + 1, block%particles%count)
                end associate
                do e = 1, size(self%effects)
-                  call self%effects(e)%effect%cover(block%particles, filled + 1, scene%bodies(body)%shape, &
+                  call self%effects(e)%effect%cover(block%particles, filled + 1, scene%bodies, body, &
                                                     cells, self%levels(l)%layout, self%levels(l)%grid)
                end do
             end do

@@ -3,6 +3,7 @@
 module m_cut_cell
    use m_kinds, only: wp
    use m_shape, only: shape_t
+   use m_scene, only: body_spec_t
    implicit none
    private
    public :: part_t, may_reach, find_part, find_surface, cells_of_particle
@@ -227,20 +228,22 @@ contains
    end subroutine cells_of_particle
 
    !> Add the surface of a shape in a cube that lies within a box: its outward area vector, its area, and its
-   !> area times its middle. Where all of it lies within the box, the area vector closes the cube's sides, so
-   !> that neighbouring cubes give a surface without gaps. A side of the cube on a side of the grid is no
-   !> surface.
+   !> area times its middle; not what touches one of `bodies` other than the shape's own, `body`. Where all of
+   !> it counts, the area vector closes the cube's sides, so that neighbouring cubes give a surface without
+   !> gaps. A side of the cube on a side of the grid is no surface.
    pure subroutine find_surface(shape, middle, half, grid_lower, grid_upper, lower, upper, area, size_of, &
-                                weighted)
+                                weighted, bodies, body)
       class(shape_t), intent(in) :: shape
       real(wp), intent(in) :: middle(3), half
       real(wp), intent(in) :: grid_lower(3), grid_upper(3), lower(3), upper(3) !< m
       real(wp), intent(inout) :: area(3)     !< m2
       real(wp), intent(inout) :: size_of     !< m2
       real(wp), intent(inout) :: weighted(3) !< m3
+      type(body_spec_t), intent(in), optional :: bodies(:)
+      integer, intent(in), optional :: body
       real(wp) :: place(3), foot(3), distance, normal(3), within(3), part, size_within, foot_within(3), small
       integer :: i, j, k
-      logical :: all_within
+      logical :: all_within, counts
       small = half/samples
       within = 0.0_wp
       foot_within = 0.0_wp
@@ -256,7 +259,10 @@ contains
                foot = place - distance*normal
                if (any(foot <= grid_lower + 2.0_wp*hair*half) .or. &
                    any(foot >= grid_upper - 2.0_wp*hair*half)) cycle
-               if (any(foot < lower) .or. any(foot > upper)) then
+               counts = all(foot >= lower) .and. all(foot <= upper)
+               if (counts .and. present(bodies)) &
+                  counts = .not. is_touched(bodies, body, foot + just*half*normal)
+               if (.not. counts) then
                   all_within = .false.
                   cycle
                end if
@@ -273,6 +279,18 @@ contains
       size_of = size_of + size_within
       weighted = weighted + foot_within
    end subroutine find_surface
+
+   !> True where a place just beyond the surface of a body is within another one.
+   pure logical function is_touched(bodies, body, place)
+      type(body_spec_t), intent(in) :: bodies(:)
+      integer, intent(in) :: body
+      real(wp), intent(in) :: place(3) !< m
+      integer :: b
+      is_touched = .false.
+      do b = 1, size(bodies)
+         if (b /= body) is_touched = is_touched .or. bodies(b)%shape%inside(place)
+      end do
+   end function is_touched
 
    !> The outward area vector (m2) of the surface in a cube: it closes the parts of the cube's six sides
    !> inside the shape, each sampled at `places` points along each edge.

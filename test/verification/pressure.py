@@ -210,6 +210,34 @@ def pulled_rod(domain, particles, top, pressure, bar):
     )
 
 
+SLEEVE = """&scene title='a soft core in a sleeve under pressure', end_time=1 /
+&grid lower=0,0,0, upper=14e-3,14e-3,1e-3, cell_size=1e-3,
+      boundary='symmetry','free','symmetry','free','symmetry','symmetry' /
+&material name='hard', model='elastic', density=1000, young=1e9, poisson=0.3 /
+&material name='soft', model='elastic', density=1000, young=1e8, poisson=0.3 /
+&body name='core', material='soft', shape='cylinder', center=0,0,0, radius=6e-3, height=1e-3,
+      contact_group='core' /
+&body name='sleeve', material='hard', shape='cylinder', center=0,0,0, radius=10e-3, height=1e-3,
+      contact_group='sleeve' /
+&cut body='sleeve', shape='cylinder', center=0,0,-1e-3, radius=6e-3, height=3e-3 /
+&pressure lower=0,0,0, upper=12e-3,12e-3,1e-3, times=0, values=1e6 /
+&quasi_static step=1, max_step=1 /
+&output directory='sleeve' /
+"""
+
+
+def sleeve():
+    """A box that holds a closed interface presses on the free surface alone (Lame, plane strain)."""
+    run(SLEEVE, 1)
+    last = snapshots("sleeve")[-1].fields
+    core = np.hypot(last["position"][:, 0], last["position"][:, 1]) < 5e-3
+    a, b, nu = 6e-3, 10e-3, 0.3
+    bore = (1 + nu) / 1e9 / (b**2 - a**2)  # radial displacement at a over a: of the sleeve by both pressures
+    inner, outer = bore * ((1 - 2 * nu) * a**2 + b**2), bore * 2 * (1 - nu) * b**2
+    pressure = 1e6 * outer / (inner + (1 + nu) * (1 - 2 * nu) / 1e8)
+    check("sleeve: stress of the core, less 1", -last["stress"][core, 0].mean() / pressure - 1, 0.02)
+
+
 def refused():
     """Off the body, over its edge, inside it, and half inside and half off: no run, no file."""
     for name, lower, upper, exact in (
@@ -267,5 +295,6 @@ if __name__ == "__main__":
         turning(ranks)
     for follows in (False, True):
         traction(follows)
+    sleeve()
     refused()
     finish()
