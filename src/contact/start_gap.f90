@@ -1,18 +1,24 @@
-!> Gaps at the start between bodies of which one has its surface from a file. A surface fitted to elements at
-!> other places of the same facets is off by some 1e-3 of an edge either way; the shapes themselves are exact
-!> (theory.md, eq. start-gap).
+!> Gaps at the start by the shapes themselves, which are exact (theory.md, eq. start-gap): between bodies of
+!> which one has its surface from a file, where surfaces fitted to elements at other places of the same facets
+!> are off by some 1e-3 of an edge either way; and of tools that touch faces oblique to the grid, beyond which
+!> domains along the axes stand.
 module m_start_gap
    use m_kinds, only: wp
    use m_scene, only: scene_t, body_contact_spec_t, start_as_is
    use m_surface_elements, only: element_t
    use m_partner_surface, only: meeting_t
+   use m_tool, only: tool_t
+   use m_level, only: level_t
+   use m_scene_materials, only: materials_t
+   use m_face_gap, only: find_gap, list_near
    implicit none
    private
-   public :: has_file, gap_of_shapes
+   public :: has_file, gap_of_shapes, touch_at_start
 
    real(wp), parameter :: alike = 0.9_wp !< cosine between the normals of shapes and elements that correspond
    real(wp), parameter :: largest = 0.1_wp !< difference between the gaps of shapes and elements, in particle
                                            !< edges: with a larger one they are of different places
+   real(wp), parameter :: none = 1.0e-6_wp !< cells: a smaller gap of the shapes is none
 
 contains
 
@@ -58,5 +64,37 @@ contains
       gap = own + nearest
       if (spec%start /= start_as_is) gap = max(gap, 0.0_wp)
    end function gap_of_shapes
+
+   !> Where a tool and the shape of a body touch at the start, the gap that is carried on is none, whatever
+   !> the domain of the particle says.
+   subroutine touch_at_start(scene, tool, level, materials, carried)
+      type(scene_t), intent(in) :: scene
+      type(tool_t), intent(in) :: tool
+      type(level_t), intent(inout) :: level !< the finest; its lists of cells are updated
+      type(materials_t), intent(in) :: materials
+      integer, intent(in) :: carried !< column of the gap that is carried on
+      integer, allocatable :: near(:)
+      integer :: b, n
+      real(wp) :: edge, face(3), gap, normal(3), own, outward(3), thickness
+      do b = 1, size(level%blocks)
+         associate (column => level%blocks(b)%particles%column, x => level%layout%position)
+            call list_near(tool, level, b, largest*level%grid%cell, near)
+            do n = 1, size(near)
+               associate (p => near(n), body => int(level%blocks(b)%particles%body(near(n))))
+                  call find_gap(tool, level, materials, b, p, largest*level%grid%cell, gap, normal, edge, &
+                                thickness)
+                  if (abs(gap) > largest*level%grid%cell .or. abs(gap) <= none*level%grid%cell) cycle
+                  face = column(p, x:x + 2) - tool%spec%penetration_factor*thickness*normal
+                  call scene%bodies(body)%shape%distance_and_normal(face, own, outward)
+                  if (dot_product(outward, normal) > -alike) cycle
+                  call tool%gap_and_normal(face, gap, normal)
+                  if (abs(own + gap) > none*level%grid%cell) cycle
+                  column(p, carried) = tiny(gap) ! 0 would be none carried
+                  level%blocks(b)%pressed = .true.
+               end associate
+            end do
+         end associate
+      end do
+   end subroutine touch_at_start
 
 end module m_start_gap

@@ -7,6 +7,7 @@ module m_quasi_static
    use m_text, only: to_text, si
    use m_timers
    use m_group_reader, only: name_length
+   use m_start_gap, only: touch_at_start
    use m_scene, only: scene_t, quasi_static_spec_t, preconditioner_gamg, preconditioner_bpx
    use m_field_table, only: layout_t
    use m_particle_store, only: particle_store_t
@@ -113,6 +114,12 @@ contains
          if (abs(self%spec%theta - 0.5_wp) > 0.0_wp) model%effect_step%follows_particles = .false.
       end if
       model%has_inertia = self%spec%has_inertia() .or. .not. self%spec%holds_at(model%time)
+      if (model%step == 0) then
+         do m = 1, size(model%contact%tools)
+            call touch_at_start(scene, model%contact%tools(m), model%levels(size(model%levels)), &
+                                model%materials, model%contact%candidates%carried + m - 1)
+         end do
+      end if
       call self%change(model, scene%quasi_static%holds_at(model%time))
    end subroutine start
 
