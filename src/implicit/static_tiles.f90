@@ -79,7 +79,7 @@ contains
       call unknowns%gather(v_x, level%nodes, z)
       do n = 1, unknowns%count
          associate (at => unknowns%at(:, n))
-            z(n) = time_step*z(n)/level%nodes(mass_, at(2), at(3), at(4), at(5))
+            z(n) = time_step*z(n)/max(level%nodes(mass_, at(2), at(3), at(4), at(5)), tiny(z))
          end associate
       end do
    end subroutine read_motion
