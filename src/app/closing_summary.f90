@@ -293,10 +293,18 @@ contains
       if (any(model%effect_step%acts_on_nodes) .and. all(model%effect_step%follows_particles)) then
          call facts%note('work_apart_of_effects_J', to_text(balance%worst_of_effects))
          call facts%say(apart_text('effects: work', balance%worst_of_effects, balance%largest))
-         if (balance%worst_of_effects > max(limit, quiet(model, balance))) &
-            call facts%say('WARNING: work of effects does not reach the particles they act on: their '// &
-                           'forces act on nodes with almost no mass, and motion and stress there are '// &
-                           'inaccurate by as much; '//remedy(scene))
+         if (balance%worst_of_effects > max(limit, quiet(model, balance))) then
+            if (model%has_inertia) then
+               call facts%say('WARNING: work of effects does not reach the particles they act on: their '// &
+                              'forces act on nodes with almost no mass, and motion and stress there are '// &
+                              'inaccurate by as much; '//remedy(scene))
+            else
+               call facts%say('WARNING: work of effects differs from that on the particles they act on: '// &
+                              'a pressure acts on the area at the start of a step, and nodes with almost '// &
+                              'no mass move apart; motion and stress are inaccurate by as much; try a '// &
+                              'smaller step and max_step; '//remedy(scene))
+            end if
+         end if
       end if
       if (size(scene%tools) == 0) return
       call facts%note('work_apart_of_tools_J', to_text(balance%worst_of_tools))
