@@ -15,6 +15,8 @@ module m_contact_cover
    end type mirror_t
 
    real(wp), parameter, public :: beside = 0.75_wp !< edges, in the projection
+   real(wp), parameter :: wider = 1.06_wp   !< a domain covers a circle around it, wider by this: .75 edges
+                                            !< for one along the axes
    integer, parameter :: on_line = 64       !< steps per edge for the area of a section
    real(wp), parameter :: crosses = 0.01_wp !< cosine: rows below it hardly cross a mirror
 
@@ -80,19 +82,21 @@ contains
       real(wp), dimension(first:ubound(covered, 1)) :: nearest, nearest_out !< squared distances, m2
       integer, dimension(first:ubound(covered, 1)) :: out
       logical, dimension(first:ubound(covered, 1)) :: within
-      real(wp) :: half, middle, reach, square
+      real(wp) :: half, middle, near, reach, square, widest
       integer :: i, n, of_row(2), p
       covered = .false.
       nearest = huge(edge)
       nearest_out = huge(edge)
       out = 0
       within = .false.
+      widest = wider*sqrt(maxval(points%half(1)**2 + points%half(2)**2))
       of_row = sorted_near(squares, start, start + along*width*(first + size(covered)), &
-                           max(edge, edges%farthest))
+                           max(edge, widest, edges%farthest))
       do n = of_row(1), of_row(2)
          p = squares%point(n)
-         reach = edge
-         if (edges%known(p)) reach = max(edge, edges%sight(p))
+         near = max(beside*edge, wider*norm2(points(p)%half))
+         reach = max(edge, near)
+         if (edges%known(p)) reach = max(reach, edges%sight(p))
          middle = dot_product(along, points(p)%place - start)/width - 0.5_wp
          half = reach**2 - (along(1)*(points(p)%place(2) - start(2)) - along(2)*(points(p)%place(1) &
                                                                                - start(1)))**2
@@ -102,7 +106,7 @@ contains
             square = sum((points(p)%place - position(i))**2)
             if (square < nearest(i)) then
                nearest(i) = square
-               covered(i) = in_contact(p) .and. square < (beside*edge)**2
+               covered(i) = in_contact(p) .and. square < near**2
             end if
             if (in_contact(p)) &
                within(i) = within(i) .or. all(abs(points(p)%place - position(i)) < points(p)%half)
