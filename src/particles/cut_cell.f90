@@ -78,9 +78,8 @@ contains
       half = [(sqrt(3.0_wp*max(spread(i, i), 0.0_wp)), i=1, 3)]
       oblique = [(sum((3.0_wp*spread(:, i)/(half*half(i)))**2) - 1.0_wp, i=1, 3)]
       oblique = merge(oblique, 0.0_wp, oblique > aligned)
-      if (any(oblique > 0.0_wp)) &
-         half = half*(self%volume/(8.0_wp*product(half)))**(oblique/sum(oblique))
-      half = min(half, longest)
+      if (.not. any(oblique > 0.0_wp)) oblique = 1.0_wp
+      half = min(half*(self%volume/(8.0_wp*product(half)))**(oblique/sum(oblique)), longest)
    end function half_edges
 
    !> The same for the part of the square in which a section cuts the cube; its thickness is that of the cube.
