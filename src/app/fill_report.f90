@@ -14,6 +14,8 @@ module m_fill_report
    public :: introduce_shares
 
    integer, parameter :: together = 8 !< cells along an edge of a cube, which is tested before its cells
+   real(wp), parameter :: notable = 0.05_wp !< share of a body's volume that particles may miss without a
+                                            !< warning
    real(wp), parameter :: whole = 1.0e-9_wp !< share of a particle's volume, and of a cell
 
 contains
@@ -47,6 +49,10 @@ contains
                       //off_by(surface, modelled*spec%shape%area())
             end if
             call console%line(text)
+            if (.not. (modelled > 0.0_wp .and. spec%shape%knows_volume())) cycle
+            if (abs(held/(modelled*spec%shape%volume()) - 1.0_wp) > notable) &
+               call console%line('WARNING: volume and mass of '//spec%name//' are off those of its '// &
+                                 'shape by as much; try smaller cells, or more particles_per_cell')
          end associate
       end do
    end subroutine introduce_shares

@@ -254,8 +254,8 @@ contains
       if (abs(found - patch) <= covered*patch) return
       call fail(error, exit_input, self%group_text()//': '//to_text(found, 6)//' m2 of the patch of '// &
                 to_text(patch, 6)// &
-                ' m2 lie on faces of bodies; allowed: a patch that lies wholly on faces of bodies, '// &
-                'along the grid')
+                ' m2 lie on faces of bodies; allowed: a patch that lies wholly on faces of whole '// &
+                'particles, along the grid, or a box around the surface (upper above lower along each axis)')
    end subroutine verify
 
    !> Add -p A of each particle's share, by the hat functions of the grid, as for a tool's contact force: a

@@ -57,6 +57,8 @@ contains
       type(section_t), intent(in) :: section
       character(len=:), allocatable, intent(out) :: why
       why = why_not_round(section, [0.0_wp, 0.0_wp, 0.0_wp], self%axis)
+      if (.not. section%is_round()) &
+         why = why//'; a plate is shape=''wedge'' with half_angle=89.999, edge=0,1,0'
    end subroutine take_section
 
 end module m_flat
