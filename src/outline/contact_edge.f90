@@ -81,7 +81,7 @@ contains
       edges%farthest = maxval([0.0_wp, edges%sight], mask=[.true., edges%known])
    end function find_edges
 
-   !> The edge of a contact where the body itself ends: half a face beyond the last point.
+   !> The edge of a contact where the body itself ends: half a domain beyond the last point.
    subroutine find_rim(points, squares, p, known, outwards, back)
       type(surface_point_t), intent(in) :: points(:)
       type(squares_t), intent(in) :: squares

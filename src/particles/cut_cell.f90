@@ -12,7 +12,7 @@ module m_cut_cell
                                        !< plane
    integer, parameter :: samples = 2**halvings
    real(wp), parameter :: one_face = 0.98_wp !< cosine: places whose normals differ by less are of one face
-   real(wp), parameter :: just = 0.1_wp !< halves of a cube: just below a surface
+   real(wp), parameter :: just = 0.1_wp !< halves of a cube: how far just below or beyond a surface is
    real(wp), parameter :: hair = 1.0e-6_wp !< edges: a surface so near to a side of a cube lies on it
    real(wp), parameter :: tie = 1.0e-6_wp !< places that differ by less, in half edges, and normals whose
                                           !< components do, count as equal: the first is taken

@@ -183,7 +183,7 @@ TOPS = """&scene title='steel on plastic', end_time=1 /
 
 def tops():
     """A stiff block that contact alone holds passes a plane of nodes by round-off or little more: nodes that
-    it hardly reaches must not hold it. They bore 5 to 23 times the load where their weights vanished."""
+    it hardly reaches must not hold it. The plate bore 5 to 32 times the load where their weights vanished."""
     for interface, beyond in ((10.3e-3, 0.0), (10.3e-3, 1e-15), (10.3e-3, 1e-8), (10.6e-3, 0.0)):
         name, top = f"top_{interface}_{beyond}", 20e-3 + beyond
         height = top - interface

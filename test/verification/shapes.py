@@ -161,6 +161,20 @@ def a_fifth():
         check(f"cut at {cut} m: mass, less 1", mass / (1000 * cut * 1e-4) - 1, 1e-9)
 
 
+def warned():
+    """A cone of four particles misses a fourth of its volume, and the run says so; a ball misses little."""
+    slim = "shape='cone', tip=0.1,0.2,2.2, axis=0,0,1, half_angle=12, height=3, particles_per_cell=1"
+    for name, shape in (("slim", slim), ("ball", "shape='sphere', center=0.1,0.2,0.3, radius=2")):
+        text = (
+            f"&scene title='{name}', end_time=1e-9 /\n"
+            + grid((10, 10, 10), 1.0, -5.0)
+            + LAW
+            + f"&body name='b', material='m', {shape} /\n"
+        )
+        said = "WARNING: volume and mass of b" in run(text, 1)
+        require(f"{name}: {'' if said else 'not '}warned of", said == (name == "slim"))
+
+
 def lame():
     """A tube with a wall of 8 cells under inner pressure. Beside the surfaces a cell's nodes see what is not
     there."""
@@ -264,6 +278,7 @@ def first_stress():
 volumes()
 pressures()
 a_fifth()
+warned()
 lame()
 first_stress()
 finish()
