@@ -300,9 +300,9 @@ contains
                               'inaccurate by as much; '//remedy(scene))
             else
                call facts%say('WARNING: work of effects differs from that on the particles they act on: '// &
-                              'a pressure acts on the area at the start of a step, and nodes with almost '// &
-                              'no mass move apart; motion and stress are inaccurate by as much; try a '// &
-                              'smaller step and max_step; '//remedy(scene))
+                              'a pressure acts in the direction that a face has at the start of a step, '// &
+                              'and nodes with almost no mass move apart; motion and stress are '// &
+                              'inaccurate by as much; try a smaller step and max_step; '//remedy(scene))
             end if
          end if
       end if

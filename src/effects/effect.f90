@@ -56,6 +56,7 @@ module m_effect
       procedure :: acceleration
       procedure :: uniform_acceleration
       procedure :: add_forces
+      procedure :: add_force_changes
       procedure :: on_nodes
       procedure :: on_cells
       procedure :: on_gradient
@@ -251,6 +252,18 @@ contains
       real(wp), intent(in) :: time !< s, of the beginning of the step
       real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
    end subroutine add_forces
+
+   !> Add the change of these forces by the displacements of an implicit step, whose gradients are given,
+   !> where they follow a surface.
+   pure subroutine add_force_changes(self, block, layout, grid, time, gradient, tile)
+      class(effect_t), intent(in) :: self
+      type(block_t), intent(in) :: block
+      type(layout_t), intent(in) :: layout
+      type(grid_level_t), intent(in) :: grid
+      real(wp), intent(in) :: time !< s, of the end of the step
+      real(wp), intent(in), contiguous :: gradient(:, :) !< (:, 9): du/dX, component ij at 3 (j-1) + i
+      real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
+   end subroutine add_force_changes
 
    !> Change the velocity at the end of the step (2 to 4) and the acceleration (5 to 7) of the solved nodes of
    !> a block, before boundary conditions. Change the whole tile, from a node's own values only: a node is in

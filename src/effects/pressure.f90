@@ -20,7 +20,7 @@ module m_pressure
    use m_stencil, only: bin_place
    use m_face_weights, only: face_weights_t, fit_share, weigh
    use m_half_edges, only: fitted_edges
-   use m_carried_face, only: carry_faces
+   use m_carried_face, only: carry_faces, carried_area, area_before
    use m_effect, only: effect_t, hooks_t
    use m_section, only: section_t
    use m_vectors, only: cross
@@ -58,11 +58,13 @@ module m_pressure
       procedure :: is_box
       procedure :: verify
       procedure :: add_forces
+      procedure :: add_force_changes
       procedure :: pushed
       procedure :: particle_work
       procedure :: on_stress
       procedure :: turning_times
       procedure, private :: pull
+      procedure, private :: push
    end type pressure_t
 
 contains
@@ -268,34 +270,74 @@ contains
       type(grid_level_t), intent(in) :: grid
       real(wp), intent(in) :: time
       real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
-      real(wp) :: now, force(3), middle(3), place(3), span(3, 3)
-      type(face_weights_t) :: face
-      integer :: i, j, k, p
+      real(wp) :: force(3), now
+      integer :: p
       now = value_at(self%times, self%values, time)
       if (abs(now) <= 0.0_wp) return
+      do p = 1, block%particles%count
+         force = now*self%pull(block%particles%column(p, :))
+         if (any(abs(force) > 0.0_wp)) call self%push(block, p, layout, grid, force, tile)
+      end do
+   end subroutine add_forces
+
+   !> Likewise the change of -p A by the displacements of an implicit step: of the size of the area. Its
+   !> direction follows from step to step (theory.md, Loads on surfaces).
+   pure subroutine add_force_changes(self, block, layout, grid, time, gradient, tile)
+      class(pressure_t), intent(in) :: self
+      type(block_t), intent(in) :: block
+      type(layout_t), intent(in) :: layout
+      type(grid_level_t), intent(in) :: grid
+      real(wp), intent(in) :: time
+      real(wp), intent(in), contiguous :: gradient(:, :)
+      real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
+      real(wp) :: before(size(block%particles%column, 2)), after(size(block%particles%column, 2)), now
+      integer :: p
+      now = value_at(self%times, self%values, time)
+      if (abs(now) <= 0.0_wp) return
+      do p = 1, block%particles%count
+         before = block%particles%column(p, :)
+         associate (a => self%area)
+            if (.not. any(abs(before(a:a + 2)) > 0.0_wp)) cycle
+            after = before
+            after(a:a + 2) = before(a:a + 2)*norm2(carried_area(before(a:a + 2), gradient(p, :))) &
+                             /norm2(before(a:a + 2))
+         end associate
+         call self%push(block, p, layout, grid, now*(self%pull(after) - self%pull(before)), tile)
+      end do
+   end subroutine add_force_changes
+
+   !> Add a force on the share of a particle to the tile.
+   pure subroutine push(self, block, p, layout, grid, force, tile)
+      class(pressure_t), intent(in) :: self
+      type(block_t), intent(in) :: block
+      integer, intent(in) :: p
+      type(layout_t), intent(in) :: layout
+      type(grid_level_t), intent(in) :: grid
+      real(wp), intent(in) :: force(3) !< N
+      real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
+      real(wp) :: middle(3), place(3), span(3, 3)
+      type(face_weights_t) :: face
+      integer :: i, j, k
       associate (column => block%particles%column, turns => layout%domain > 0)
-         do p = 1, block%particles%count
-            force = now*self%pull(column(p, :))
-            if (.not. any(abs(force) > 0.0_wp)) cycle
-            call fit_share(fitted_edges(column(p, :), layout, grid%cell), column(p, self%arm:self%arm + 2), &
-                           force, grid%cell, .not. (turns .or. layout%half_sizes), middle, span)
-            place = (column(p, layout%position:layout%position + 2) + middle - block%origin)*grid%per_cell
-            where (abs(place - nint(place)) < hair) place = nint(place)
-            if (self%section%is_flat()) span(2, :) = 0.0_wp
-            call weigh(face, bin_place(int(block%cells%bin(p))), place, span*grid%per_cell, turns)
-            do k = 0, face%last
-               do j = 0, face%last
-                  do i = 0, face%last
-                     associate (at => tile(f_x:f_z, face%corner(1) + 1 + i, face%corner(2) + 1 + j, &
-                                           face%corner(3) + 1 + k))
-                        at = at + face%weight(i, j, k)*force
-                     end associate
-                  end do
-               end do
+         call fit_share(fitted_edges(column(p, :), layout, grid%cell), column(p, self%arm:self%arm + 2), &
+                        column(p, self%area:self%area + 2), grid%cell, &
+                        .not. (turns .or. layout%half_sizes), middle, span)
+         place = (column(p, layout%position:layout%position + 2) + middle - block%origin)*grid%per_cell
+         where (abs(place - nint(place)) < hair) place = nint(place)
+         if (self%section%is_flat()) span(2, :) = 0.0_wp
+         call weigh(face, bin_place(int(block%cells%bin(p))), place, span*grid%per_cell, turns)
+      end associate
+      do k = 0, face%last
+         do j = 0, face%last
+            do i = 0, face%last
+               associate (at => tile(f_x:f_z, face%corner(1) + 1 + i, face%corner(2) + 1 + j, &
+                                     face%corner(3) + 1 + k))
+                  at = at + face%weight(i, j, k)*force
+               end associate
             end do
          end do
-      end associate
-   end subroutine add_forces
+      end do
+   end subroutine push
 
    !> The force on a particle's share per unit value: -A for a pressure; else the traction times the present
    !> area, if it follows rotated as the normal is from its initial direction (Rodrigues).
@@ -333,7 +375,8 @@ contains
       which = list(:found)
    end function pushed
 
-   !> -p A times the displacement of the middle of each share: that of the centre, and dt L arm.
+   !> -p A, the mean of the step's ends, times the displacement of the middle of each share: that of the
+   !> centre, and dt L arm.
    pure function particle_work(self, particles, which, layout, gradient, from, way_to, time, &
                                time_step) result(work)
       class(pressure_t), intent(in) :: self
@@ -343,20 +386,20 @@ contains
       real(wp), intent(in), contiguous :: gradient(:, :), from(:, :)
       integer, intent(in) :: way_to
       real(wp), intent(in) :: time, time_step
-      real(wp) :: work(2), swept, way(3)
+      real(wp) :: before(size(particles%column, 2)), swept(2), way(3), work(2)
       integer :: i
       swept = 0.0_wp
-      associate (column => particles%column)
-         do i = 1, size(which)
-            associate (p => which(i))
-               way = column(p, way_to:way_to + 2) - from(:, i) &
-                     + time_step*matmul(reshape(gradient(p, :), [3, 3]), column(p, self%arm:self%arm + 2))
-               swept = swept - dot_product(self%pull(column(p, :)), way)
-            end associate
-         end do
-      end associate
-      work(2) = -0.5_wp*value_at(self%times, self%values, time + time_step)*swept
-      work(1) = work(2) - 0.5_wp*value_at(self%times, self%values, time)*swept
+      do i = 1, size(which)
+         associate (column => particles%column, p => which(i), a => self%area)
+            way = column(p, way_to:way_to + 2) - from(:, i) &
+                  + time_step*matmul(reshape(gradient(p, :), [3, 3]), column(p, self%arm:self%arm + 2))
+            before = column(p, :)
+            before(a:a + 2) = area_before(column(p, a:a + 2), time_step*gradient(p, :))
+            swept = swept + [dot_product(self%pull(before), way), dot_product(self%pull(column(p, :)), way)]
+         end associate
+      end do
+      work(2) = 0.5_wp*value_at(self%times, self%values, time + time_step)*swept(2)
+      work(1) = work(2) + 0.5_wp*value_at(self%times, self%values, time)*swept(1)
    end function particle_work
 
    pure subroutine on_stress(self, particles, layout, gradient, cell, time_step)

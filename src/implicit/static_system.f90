@@ -31,6 +31,7 @@ module m_static_system
       type(static_contact_t) :: contact
       type(static_inertia_t) :: inertia
       real(wp), allocatable :: load(:)               !< (unknowns): of effects at the step's end, N
+      logical :: loads_lag = .false.                 !< loads on surfaces are those of its beginning
       real(wp), allocatable :: load_before(:)        !< likewise at its beginning, in equilibrium
       real(wp), allocatable :: diagonal(:)           !< (unknowns): of the stiffness, N/m
       real(wp), allocatable :: bare(:)               !< the same without pressed points
@@ -120,6 +121,7 @@ contains
          if (self%extra > 0) self%load(self%nodal + 1:) = &
             merge(0.0_wp, tools%load, tools%away(tools%tool))
       end associate
+      self%loads_lag = any(model%effect_step%adds_forces)
    end subroutine begin
 
    !> Collective: forces of effects on the nodes at a time.

@@ -66,6 +66,7 @@ module m_effect_step
       procedure :: change_nodes
       procedure :: measure
       procedure :: scale_nodal_force
+      procedure :: add_nodal_force
       procedure :: keep_nodal_force
       procedure :: mean_nodal_force
       procedure :: is_loaded
@@ -248,6 +249,16 @@ contains
       real(wp), intent(in) :: share
       if (allocated(self%nodal_force)) self%nodal_force = share*self%nodal_force
    end subroutine scale_nodal_force
+
+   !> Add a share of a force to the nodal force of a block.
+   subroutine add_nodal_force(self, b, share, force)
+      class(effect_step_t), intent(inout) :: self
+      integer, intent(in) :: b
+      real(wp), intent(in) :: share, force(:, 0:, 0:, 0:) !< tile as nodes, N
+      associate (mine => self%nodal_force(:, :, :, :, external, b))
+         mine = mine + share*force(f_x:f_z, :, :, :)
+      end associate
+   end subroutine add_nodal_force
 
    !> Store the nodal force of the step's beginning, for steps that need both ends.
    subroutine keep_nodal_force(self)
