@@ -60,6 +60,7 @@ module m_quasi_static
       procedure :: change
       procedure :: finish
       procedure, private :: attempt
+      procedure, private :: is_in_vain
       procedure, private :: commit
       procedure, private :: choose_next
    end type quasi_static_t
@@ -221,9 +222,10 @@ contains
       real(wp), intent(in) :: time_step
       type(error_t), intent(inout) :: error
       character(len=:), allocatable :: loose
+      real(wp), allocatable :: load(:) !< of the last attempt, N
       real(wp) :: now
       integer :: tries
-      logical :: done
+      logical :: done, in_vain
       now = time_step
       tries = 0
       self%failed_before = .false.
@@ -239,6 +241,7 @@ contains
          self%failed_before = .true.
          tries = tries + 1
          loose = loose_text(self%equilibrium)
+         in_vain = self%is_in_vain(load)
          if (self%equilibrium%outcome /= not_held) &
             self%run_log = self%run_log//'quasi      step '//to_text(model%step + 1)//' of '//si(now, 's')// &
                      ' has no equilibrium after '//to_text(self%equilibrium%newton)// &
@@ -246,13 +249,14 @@ contains
                      loose//'); it is halved'//new_line('a')
          self%halved = self%halved + 1
          if (0.5_wp*now < self%smallest .or. self%equilibrium%outcome == not_held &
-             .or. (tries >= loose_tries .and. loose /= '')) then
+             .or. (tries >= loose_tries .and. loose /= '') .or. in_vain) then
             call complain(self%equilibrium, model, now, self%way, self%farthest, self%own_way, self%bodies, &
-                          error)
+                          in_vain, error)
             call model%timers%on_level(0)
             return
          end if
          now = 0.5_wp*now
+         load = self%equilibrium%system%load
       end do
       call self%commit(model, now, error)
       call model%timers%on_level(0)
@@ -287,6 +291,22 @@ contains
       if (self%equilibrium%outcome == found .and. self%way > 1.0_wp) self%equilibrium%outcome = too_far
       done = self%equilibrium%outcome == found
    end subroutine attempt
+
+   !> Collective: true when a shorter step is the same problem: without inertia, tools and laws that depend on
+   !> time, under the same load as in the attempt before.
+   logical function is_in_vain(self, load)
+      class(quasi_static_t), intent(in) :: self
+      real(wp), allocatable, intent(in) :: load(:) !< of that; not allocated in the first attempt
+      real(wp) :: apart
+      is_in_vain = .false.
+      associate (system => self%equilibrium%system)
+         if (self%creeps .or. self%spec%has_inertia() .or. size(system%contact%tools%now) > 0) return
+         if (.not. allocated(load)) return
+         apart = 1.0_wp
+         if (size(load) == size(system%load)) apart = maxval([0.0_wp, abs(load - system%load)])
+         is_in_vain = .not. system%model%communicator%maximum(apart) > 0.0_wp
+      end associate
+   end function is_in_vain
 
    !> Collective: move the particles by the displacements, and the tools to their positions at the step's end.
    subroutine commit(self, model, time_step, error)

@@ -17,6 +17,8 @@ module m_static_complaints
    character(len=*), parameter :: advice = '; try a smaller step, loads that come on more slowly (ramp), '// &
                                            'smaller cells, or boundaries and tools that hold the body; '// &
                                            'a load above the plastic limit load has no equilibrium'
+   character(len=*), parameter :: constant_advice = '; a shorter step has the same load: let it come on '// &
+                                                    'slowly (ramp), or lower it'
    character(len=*), parameter :: loose_advice = '; hold them by a side of the grid or by friction, or '// &
                                                  'give steps inertia (mode=''newmark'')'
 
@@ -37,7 +39,7 @@ contains
    end function reason
 
    !> Collective: report why there is no equilibrium with a last step (s), and where.
-   subroutine complain(equilibrium, model, last, way, farthest, own_way, bodies, error)
+   subroutine complain(equilibrium, model, last, way, farthest, own_way, bodies, in_vain, error)
       type(equilibrium_t), intent(inout) :: equilibrium
       type(model_t), intent(in) :: model
       real(wp), intent(in) :: last
@@ -45,6 +47,7 @@ contains
       integer, intent(in) :: farthest(3) !< level, block, particle of this rank with the largest displacement,
       real(wp), intent(in) :: own_way    !< and its displacement
       character(len=*), intent(in) :: bodies(:) !< names
+      logical, intent(in) :: in_vain            !< a shorter step is the same problem
       type(error_t), intent(inout) :: error
       character(len=:), allocatable :: steps, loose, try
       real(wp) :: worst
@@ -57,6 +60,7 @@ contains
       loose = loose_text(equilibrium)
       steps = 'no equilibrium with steps down to '//si(last, 's')//': '//reason(equilibrium%outcome)//loose
       try = advice
+      if (in_vain) try = constant_advice
       if (loose /= '') try = loose_advice
       call find_cause(equilibrium, model, way, farthest, own_way, worst, at, tool)
       mine = worst >= model%communicator%maximum(worst)

@@ -2,7 +2,8 @@
 is the program)
 
 - A first step that is far longer than the run is halved from what may be taken, not from itself.
-- Where gravity moves particles too far, the one that is named is at the top, which goes farthest.
+- Where gravity moves particles too far, the one that is named is at the top, which goes farthest; the step is
+  not halved in vain.
 - A particle that leaves the grid after a step: the state of the step before stands.
 - A tool that stops after 1e-4 s of a run of 1e6 s has gone that far, and no further.
 - A block that friction holds slips in part.
@@ -42,6 +43,7 @@ log = run(
 )
 place = re.search(r"at \(([^)]*)\) m on level 1: no equilibrium", log)
 require("the particle at the top moves too far", place and float(place[1].split(",")[2]) > 0.5)
+require("a constant load is tried twice, and a ramp is advised", log.count("it is halved") == 2 and "(ramp)" in log)
 
 log = run(
     "&scene title='leaves', end_time=10 /\n"
