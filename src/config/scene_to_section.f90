@@ -36,7 +36,9 @@ contains
          scene%grid%section%geometry = geometry_axisymmetric
          call find_axis(text, scene%grid, whole, error)
          if (.not. error%happened()) call refuse_boxes(text, scene, error)
+         if (.not. error%happened()) call refuse_lateral(text, scene, error)
       end if
+      call refuse_effects(scene, error)
       if (error%happened()) return
       scene%grid%lower(2) = 0.0_wp
       scene%grid%upper(2) = scene%grid%cell_size
@@ -102,6 +104,39 @@ contains
                       'revolution; allowed: cylinder, sphere, cone about x=y=0')
       end do
    end subroutine refuse_boxes
+
+   !> A motion or stress with a direction across the axis; in a section it would be radial.
+   subroutine refuse_lateral(text, scene, error)
+      type(namelist_text_t), intent(in) :: text
+      type(scene_t), intent(in) :: scene
+      type(error_t), intent(inout) :: error
+      integer :: i
+      do i = 1, size(scene%bodies)
+         associate (body => scene%bodies(i))
+            if (any(abs(body%velocity(1:2)) > 0.0_wp)) &
+               call fail(error, exit_input, text%place('body', i, 'velocity')//': has a direction across '// &
+                         'the axis; allowed for a section: along z')
+            if (abs(body%stress(1) - body%stress(2)) > 0.0_wp .or. any(abs(body%stress(4:6)) > 0.0_wp)) &
+               call fail(error, exit_input, text%place('body', i, 'stress')//': has a direction across '// &
+                         'the axis; allowed for a section: equal xx and yy, no shear')
+         end associate
+      end do
+   end subroutine refuse_lateral
+
+   !> Effects that are not the same in the section.
+   subroutine refuse_effects(scene, error)
+      type(scene_t), intent(in) :: scene
+      type(error_t), intent(inout) :: error
+      character(len=:), allocatable :: why
+      integer :: i
+      if (error%happened()) return
+      do i = 1, size(scene%effects)
+         associate (it => scene%effects(i)%it)
+            why = it%against_section(scene%grid%lower, scene%grid%upper, scene%grid%section%is_round())
+            if (why /= '') call fail(error, exit_input, it%group_text()//': '//why)
+         end associate
+      end do
+   end subroutine refuse_effects
 
    !> Plane strain requires bodies that extend from one side of the slice to the other.
    subroutine refuse_short(text, scene, error)

@@ -51,6 +51,7 @@ module m_pressure
    contains
       procedure :: variables
       procedure :: take_section
+      procedure :: against_section
       procedure :: hooks
       procedure :: declare
       procedure :: initialise
@@ -116,6 +117,22 @@ contains
       if (count(self%upper([1, 3]) > self%lower([1, 3])) /= 1) &
          why = 'with geometry='''//section%word()//''' a patch lies across x or z, equal in lower and upper'
    end subroutine take_section
+
+   !> A patch along the grid is no ring or disc; in plane strain it goes through the slice.
+   pure function against_section(self, lower, upper, is_round) result(why)
+      class(pressure_t), intent(in) :: self
+      real(wp), intent(in) :: lower(3), upper(3)
+      logical, intent(in) :: is_round
+      character(len=:), allocatable :: why
+      why = ''
+      if (is_round) then
+         why = 'has a rectangle, which is no part of a body of revolution; write the scene by its '// &
+               'section, with geometry=''axisymmetric'''
+      else if (self%lower(2) > lower(2) + hair*(upper(2) - lower(2)) .or. &
+               self%upper(2) < upper(2) - hair*(upper(2) - lower(2))) then
+         why = 'must go from side to side in y'
+      end if
+   end function against_section
 
    pure type(hooks_t) function hooks(self)
       class(pressure_t), intent(in) :: self

@@ -20,6 +20,7 @@ module m_offer
       procedure :: is_oriented
       procedure :: declined
       procedure :: take_section
+      procedure :: against_section
       procedure :: hollow
       procedure(variables_interface), deferred :: variables
    end type offer_t
@@ -101,6 +102,15 @@ contains
       why = ''
       if (self%is_oriented()) why = 'has directions of its own; allowed in 3D, or a law without them'
    end subroutine take_section
+
+   !> Why what a scene in three dimensions asks for is not that of its section; empty where it is.
+   pure function against_section(self, lower, upper, is_round) result(why)
+      class(offer_t), intent(in) :: self
+      real(wp), intent(in) :: lower(3), upper(3) !< of the grid, m
+      logical, intent(in) :: is_round            !< the section is of a body of revolution
+      character(len=:), allocatable :: why
+      why = ''
+   end function against_section
 
    !> Append an offer with a name (lower case).
    subroutine offer(slots, name, it)

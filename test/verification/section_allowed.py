@@ -155,7 +155,26 @@ def conversion():
         require(f"{name}: has a section {done.stderr.strip()}", done.returncode == 0)
         probes = Scene(done.stdout).values().get("probe", [])
         require(f"{name}: probes are in it", all(probe["position"][1] == 0 for probe in probes))
+    post = (
+        "&scene end_time=1e-3 /\n&grid lower={lower}, upper=1.2,1.2,1.6, cell_size=0.1, boundary={sides} /\n"
+        "&material name='m', model='elastic', density=1000, young=1e6, poisson=0.3 /\n"
+        "&body material='m', shape={shape}, {body} /\n{more}&output directory='post' /\n"
+    )
+    quarter = {"lower": "0,0,0", "sides": "'symmetry','free','symmetry','free','roller','free'"}
+    whole = {"lower": "-1.2,-1.2,0", "sides": "4*'free','roller','free'"}
+    slice_of = {"lower": "-1.2,0,0", "sides": "2*'free',2*'symmetry','roller','free'"}
+    shape = "'cylinder', center=0,0,0, radius=0.8, height=1"
+    round_one = {"shape": shape, "body": "velocity=0,0,1", "more": ""}
+    square = "&pressure lower=0,0,1, upper=0.5,0.5,1, times=0, values=1e3 /\n"
+    half = {"shape": "'box', lower=-0.6,0,0, upper=0.6,1.2,0.6", "body": "velocity=0,0,1"}
+    half["more"] = "&pressure lower=-0.2,0,0.6, upper=0.2,0.6,0.6, times=0, values=1e3 /\n"
+    done = section_of(post.format(**quarter, **round_one))
+    require("no direction across: has a section", done.returncode == 0)
     for text, words in (
+        (post.format(**quarter, **round_one | {"more": square}), "no part of a body of revolution"),
+        (post.format(**slice_of, **half), "must go from side to side in y"),
+        (post.format(**whole, **round_one | {"body": "velocity=1,0,0"}), "a direction across the axis"),
+        (post.format(**quarter, **round_one | {"body": "stress=1e3,5*0"}), "a direction across the axis"),
         ((ROOT / "input/indenter.nml").read_text(), "a box is no body of revolution"),
         ((ROOT / "input/vickers.nml").read_text(), "body of revolution"),
         (FLIGHT, "already"),
