@@ -23,6 +23,9 @@ fewest_rows = 10  # of an unloading that three numbers are fitted to
 turn_share = 3e-3  # of the largest depth: a way back that is shorter is no unloading
 hold_share = 1e-3  # of the way back: rows so near to the largest depth are of a hold
 hold_rows = 5  # of a hold whose load is a mean
+noise_turn = 10  # times the scatter of single depths: a way back that is shorter may be scatter
+noise_band = 8  # likewise: depths so near to the largest may be of a hold
+noise_flat = 1.5  # likewise: ends of a hold are no lower below its middle
 window = (0.20, 0.98)  # shares of the load at which the unloading begins (ISO 14577-1)
 other_windows = ((0.3, 0.98), (0.4, 0.98), (0.5, 0.98), (0.2, 0.95), (0.2, 0.90))
 loading_window = (0.5, 1.0)  # shares of the largest depth
@@ -175,11 +178,21 @@ class Unloading:
     end: int
 
 
+def depth_noise(depth):
+    """Standard deviation (m) of the scatter of single rows of depth about a smooth motion: by third
+    differences, which a smooth motion hardly has, and their median, which jumps do not change."""
+    depth = np.asarray(depth, dtype=float)
+    if depth.size < 20:
+        return 0.0
+    return float(np.median(np.abs(np.diff(depth, 3)))) / (0.6745 * math.sqrt(20))
+
+
 def find_unloadings(depth):
     """The ways back in a record of depth (m), one after the other, those longer than turn_share of the
-    largest depth."""
+    largest depth and than what its scatter does."""
     depth = np.asarray(depth, dtype=float)
-    least = turn_share * max(float(np.max(depth, initial=0.0)), 0.0)
+    noise = depth_noise(depth)
+    least = max(turn_share * max(float(np.max(depth, initial=0.0)), 0.0), noise_turn * noise)
     found, top, low = [], 0, None
     for i in range(depth.size):
         if low is None:
@@ -198,15 +211,28 @@ def find_unloadings(depth):
     for top, low in found:
         if depth[top] <= 0:
             continue
-        near = depth[top] - hold_share * (depth[top] - depth[low])
-        first = top
-        while first > 0 and depth[first - 1] >= near:
-            first -= 1
-        last = top + int(np.flatnonzero(depth[top : low + 1] >= near)[-1])
-        if last - first < 8:
-            first = last = top
-        unloadings.append(Unloading(first, last, low))
+        unloadings.append(Unloading(*_hold(depth, top, low, noise), low))
     return unloadings
+
+
+def _hold(depth, top, low, noise):
+    """First and last row at the largest depth; both `top` without a hold."""
+    near = depth[top] - max(hold_share * (depth[top] - depth[low]), noise_band * noise)
+    first = top
+    while first > 0 and depth[first - 1] >= near:
+        first -= 1
+    last = top + int(np.flatnonzero(depth[top : low + 1] >= near)[-1])
+    if last - first < 8:
+        return top, top
+    if depth[top] - near > hold_share * (depth[top] - depth[low]):  # a peak is as near as that too
+        third = (last + 1 - first) // 3
+        middle = np.median(depth[first + third : last + 1 - third])
+        for end in (depth[first : first + third], depth[last + 1 - third : last + 1]):
+            if middle - np.median(end) > noise_flat * noise:
+                return top, top
+        level = np.flatnonzero(depth[first : last + 1] >= middle - 2 * noise)
+        first, last = first + int(level[0]), first + int(level[-1])
+    return first, last
 
 
 @dataclass
@@ -405,7 +431,10 @@ def analyse_unloading(
     or None for that of the exponent; area_true is (m2, its uncertainty) or None. Raises NotEnough."""
     depth, load = np.asarray(depth, dtype=float), np.asarray(load, dtype=float)
     h, p = depth[unloading.start : unloading.end + 1], load[unloading.start : unloading.end + 1]
-    top_depth = float(np.max(depth[unloading.hold : unloading.start + 1]))
+    held = depth[unloading.hold : unloading.start + 1]
+    noise = depth_noise(depth)
+    noisy = noise_band * noise > hold_share * (held.max() - depth[unloading.end])
+    top_depth = float(held[held.size // 2 :].mean() if noisy else held.max())
     fit = fit_unloading(h, p, shares, top=top_depth)
     others = []
     for low, high in other_windows:
@@ -424,7 +453,9 @@ def analyse_unloading(
     }
     top_load, top_sigma = load_at_start(depth, load, unloading, fit.scatter, fit.together)
     step = abs(float(depth[unloading.start] - depth[min(unloading.start + 1, depth.size - 1)]))
-    depth_sigma = 0.0 if unloading.start > unloading.hold else step / 2  # where it turned is between two rows
+    depth_sigma = 0.0 if held.size > 1 else step / 2  # where it turned is between two rows
+    if noisy:  # the deepest of many rows is so by its scatter
+        depth_sigma = max(depth_sigma, 3 * noise if held.size == 1 else noise)
 
     # of stiffness, exponent, load, depth: what the rest follows from
     jacobian = np.zeros((2, 3))
@@ -490,8 +521,12 @@ def analyse_unloading(
 
 
 def virgin_rows(depth, until):
-    """Rows up to `until` in which the depth is larger than ever before, and above 0."""
+    """Rows up to `until` in which the depth is larger than ever before, and above 0. Where depths scatter,
+    larger but for that: the rows that are so by their scatter would be too deep."""
     deepest = np.r_[-np.inf, np.maximum.accumulate(depth[:until])]
+    scatter = noise_band * depth_noise(depth)
+    if scatter > hold_share * np.max(depth, initial=0.0):
+        deepest -= scatter
     return np.flatnonzero((depth[: until + 1] > deepest) & (depth[: until + 1] > 0))
 
 

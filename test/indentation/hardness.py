@@ -22,6 +22,7 @@ from gimp3d import hardness
 from gimp3d import imprint
 from gimp3d import oliver_pharr as op
 from gimp3d import systematic
+from gimp3d.identification.measured import read_curve
 from checks import finish, near, require
 
 angle, young, poisson, top = math.radians(70.3), 70e9, 0.3, 4e-6
@@ -258,6 +259,12 @@ require(
     and near(float(rows[400][2]), 2, 1e-9)
     and len(rows) == 600,
 )
+for source in ("half", "half/tool_cone.dat"):  # as make identify reads it
+    measured = read_curve(WORK / source)
+    require(
+        f"{source}: the curve of the whole from the touch on",
+        near(measured.depth.max(), deepest, 1e-9) and near(measured.load.max(), load, 1e-9),
+    )
 rings = np.loadtxt(WORK / "quarter/hardness_profile.csv", delimiter=",", skiprows=1)
 loaded = rings[rings[:, 0] == 0]
 require(

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..run_data import History, Unreadable, text_in
+from ..run_data import Unreadable, text_in
 
 UNITS = {
     "m": 1.0, "mm": 1e-3, "um": 1e-6, "\u00b5m": 1e-6, "\u03bcm": 1e-6, "nm": 1e-9,
@@ -137,14 +137,14 @@ def read_curve(path):
     """The Curve of a file, or its list of Derived: whatever it holds."""
     path = Path(path)
     if path.is_dir():
-        from ..api import Run
-
-        depth, load = Run(path).load_depth()
-        time = Run(path).tool()["time"]
-        return Curve(path.name, depth, load, time if len(time) == len(depth) else None)
+        return curve_of_run(path, path.name)
     if path.suffix == ".dat" and "VARIABLES" in text_in(path)[:2000]:
-        history = History(path)
-        return Curve(path.stem, history["depth"], np.abs(history["load_z"]), history["time"])
+        if not (path.parent / "case.nml").exists():
+            raise Unreadable(
+                f"{path}: the case.nml of its run is not beside it, which has the tool's axis; "
+                "give a file in the directory of a run"
+            )
+        return curve_of_run(path.parent, path.stem, path.stem.removeprefix("tool_"))
     try:
         names, units, rows = hysitron(path) if path.suffix.lower() == ".hld" else read_table(path)
     except (ValueError, IndexError) as error:
@@ -159,6 +159,15 @@ def read_curve(path):
     if not (np.all(np.isfinite(depth)) and np.all(np.isfinite(load))):
         raise Unreadable(f"{path}: a depth or load is not a finite number")
     return Curve(path.stem, depth, load, column(KINDS["time"], names, units, rows))
+
+
+def curve_of_run(directory, name, tool=None):
+    """The curve of a run's tool, by default the first one: load along its axis, of the whole body."""
+    from ..api import Run
+
+    depth, load = Run(directory).load_depth(tool)
+    time = Run(directory).tool(tool)["time"]
+    return Curve(name, depth, load, time if len(time) == len(depth) else None)
 
 
 def derived_rows(path, names, units, rows):
