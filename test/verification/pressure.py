@@ -141,6 +141,31 @@ def turning(ranks):
     check("turning block: balance of energy", rows["balance_error"], 0.01)
 
 
+def couple():
+    """A couple of tractions turns a free cube: with lumped masses against its inertia and that of the cells,
+    I + M h^2/3 (theory.md, Motion within particles), which goes with the square of the cell."""
+    for cells in (2, 4, 8):
+        size, end = 0.4, 0.05
+        pair = "".join(
+            f"&pressure lower=-0.2,-0.2,{z}, upper=0.2,0.2,{z}, "
+            f"times=0, values={500 * z!r}, traction=1,0,0 /\n"
+            for z in (-0.2, 0.2)
+        )
+        text = (
+            f"&scene title='couple', end_time={end} /\n"
+            f"&grid lower=3*-0.8, upper=3*0.8, cell_size={size / cells!r} /\n"
+            + LAW
+            + "&body material='soft', shape='box', lower=3*-0.2, upper=3*0.2 /\n"
+            + pair
+            + f"&output directory='couple_{cells}', history_every=0.002 /\n"
+        )
+        run(text, 1)
+        rows = energy(f"couple_{cells}")
+        turned = vector(rows, "angular_momentum")[-1, 1] / (100 * size**3 * rows["time"][-1])
+        slower = 1 / (1 + 2 / cells**2)
+        check(f"couple on {cells} cells: spin over {slower:.3f} of a rigid one", turned / slower - 1, 0.002)
+
+
 def traction(follows):
     """A block that turns about y under a traction on its top, first along x. One that stays gives a momentum
     of p A t along x. One that turns with the face has a constant torque, so that the angle is known too, and
