@@ -319,6 +319,8 @@ contains
          call group%get_choices('boundary', sides, boundary_words)
          choices([1, 2, 5, 6]) = sides
          choices(3:4) = boundary_symmetry + 1
+      else if (grid%section%is_flat() .and. group%is_reading() .and. .not. group%is_given('boundary')) then
+         choices(3:4) = boundary_symmetry + 1
       else
          group%fewer = 4
          call group%get_choices('boundary', choices, boundary_words)

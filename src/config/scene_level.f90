@@ -24,7 +24,8 @@ contains
       call group%get_choice('shape', level%shape, level_shape_words)
       call describe_form(group, level)
       if (group%is_given('follow') .and. size(leaders) == 0) &
-         call group%refuse('follow', 'the scene has neither a &tool nor a contact group to follow')
+         call group%refuse('follow', 'the scene has neither a &tool nor two contact groups, of which a '// &
+                           'level could follow one')
       if (level%follow > 0 .or. .not. group%is_writing()) &
          call group%get_choice('follow', level%follow, leaders)
       if (level%shape == level_sphere .and. level%follow > 0 .and. group%is_reading() &

@@ -170,6 +170,12 @@ def conversion():
     half["more"] = "&pressure lower=-0.2,0,0.6, upper=0.2,0.6,0.6, times=0, values=1e3 /\n"
     done = section_of(post.format(**quarter, **round_one))
     require("no direction across: has a section", done.returncode == 0)
+    flat = post.format(lower="0,0", sides="", shape=round_one["shape"], body="velocity=0,0,1", more="")
+    flat = replace(flat, "1.2,1.2,1.6, cell_size=0.1, boundary=", "1.2,1.6, cell_size=0.1,\n")
+    flat = replace(flat, "&grid", "&grid geometry='plane_strain',")
+    flat = replace(flat, round_one["shape"], "'box', lower=0.2,0,0.2, upper=0.6,1,0.6")
+    done = subprocess.run([os.environ["GIMP3D"], "--plan"], input=flat, capture_output=True, text=True)
+    require(f"sides left out are free, and mirrors in y {done.stderr.strip()}", done.returncode == 0)
     for text, words in (
         (post.format(**quarter, **round_one | {"more": square}), "no part of a body of revolution"),
         (post.format(**slice_of, **half), "must go from side to side in y"),
