@@ -62,7 +62,7 @@ def load_and_depth():
         1,
         allowed=(3,),
     )
-    require("pushed past the body: the sentence names the tool", "tool ball: it is unconstrained" in log)
+    require("pushed past the body: the sentence names the tool", "tool ball: no equilibrium under its load: nothing holds it" in log)
 
 
 def plate(load):
