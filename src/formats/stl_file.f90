@@ -1,7 +1,6 @@
 !> STL files, binary and text, from their bytes.
 module m_stl_file
    use, intrinsic :: iso_fortran_env, only: int32, real32
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use m_kinds, only: wp, i8
    use m_number_text, only: read_real, number_good, find_decimal_comma
    use m_text, only: to_text
@@ -64,7 +63,9 @@ contains
       character(len=:), allocatable, intent(inout) :: fault
       integer(i8) :: needed
       integer :: n, t, k, first
+      integer(int32), parameter :: exponent = int(z'7F800000', int32) !< all of its bits: not a finite number
       real(real32) :: values(9)
+      integer(int32) :: bits(9)
       n = triangles_said(bytes)
       needed = int(n, i8)*triangle_bytes + first_triangle - 1
       if (n < 0 .or. n > max_triangles) then
@@ -77,11 +78,12 @@ contains
       if (fault /= '') return
       do t = 1, n
          first = first_triangle + triangle_bytes*(t - 1) + 12 ! skip the normal, which the corners determine
-         values = transfer(bytes(first:first + 35), values)
-         if (.not. all(ieee_is_finite(values))) then
+         bits = transfer(bytes(first:first + 35), bits)
+         if (any(iand(bits, exponent) == exponent)) then
             fault = 'has a corner of triangle '//to_text(t)//' that is not a finite number'
             return
          end if
+         values = transfer(bits, values)
          do k = 1, 3
             call found%add_corner(real(values(3*k - 2:3*k), wp))
          end do

@@ -107,6 +107,7 @@ contains
       left = halvings
       if (present(depth)) left = depth
       normal = 0.0_wp ! unused where the cube is inside
+      distance = 0.0_wp
       if (shape%is_searched()) distance = shape%max_distance(middle)
       if (.not. shape%is_searched() .or. distance > -sqrt(3.0_wp)*half) &
          call shape%distance_and_normal(middle, distance, normal(:, 1))

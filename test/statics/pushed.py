@@ -62,7 +62,8 @@ def load_and_depth():
         1,
         allowed=(3,),
     )
-    require("pushed past the body: the sentence names the tool", "tool ball: no equilibrium under its load: nothing holds it" in log)
+    said = "tool ball: no equilibrium under its load: nothing holds it"
+    require("pushed past the body: the sentence names the tool", said in log)
 
 
 def plate(load):
