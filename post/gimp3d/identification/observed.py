@@ -15,6 +15,7 @@ LOADING = (0.3, 1.0)  # shares of the depth that are fitted
 UNLOADING = (0.05, 0.95)  # shares of the load
 FREE = ("zero", "compliance", "drift")
 WIDTHS = {"zero": 0.05, "compliance": 0.5, "drift": 0.05}  # of the steps in them: shares of the depth
+DRIFT = 0.02  # one sigma of what a drift may add to the depth, as a share
 DEFAULT_SIGMA = {"curvature": 0.01, "stiffness": 0.03, "work_ratio": 0.005, "residual_ratio": 0.01}
 
 
@@ -54,6 +55,7 @@ class Segments:
     load: float
     time: float
     load_sigma: float  # one sigma of `load`, as a share
+    begin: float  # time at which the depth begins
 
 
 def segments(curve):
@@ -65,6 +67,7 @@ def segments(curve):
     way = max(ways, key=lambda one: depth[one.start])
     top, top_sigma = oliver_pharr.load_at_start(depth, load, way, 0.0)
     rows = oliver_pharr.virgin_rows(depth, way.hold)
+    begin = float(time[rows[0]]) if len(rows) else 0.0
     rows = rows[(depth[rows] >= LOADING[0] * depth[way.start])]
     back = np.arange(way.start, way.end + 1)
     share = load[back] / top
@@ -79,6 +82,7 @@ def segments(curve):
     return Segments(
         curve.name, depth[rows], load[rows], time[rows], depth[back], load[back], time[back],
         float(depth[way.start]), float(top), float(time[way.start]), float(top_sigma / top) + 1e-5,
+        begin,
     )  # fmt: skip
 
 
@@ -109,46 +113,56 @@ def from_curves(tip, curves, free=(), noise=None):
         at += count[name]
     stiff = np.mean([part.load / part.top for part in parts])
 
+    def span_of(part):
+        return max(part.t_out[-1] - part.begin, 1e-300)
+
+    def compliance_of(x):
+        if "compliance" not in places:
+            return 0.0
+        return x[places["compliance"][0]] * WIDTHS["compliance"] / stiff * 0.1
+
     def corrected(x, number, part, h, p, t):
-        found = h.copy()
+        found = h - compliance_of(x) * p
         if "zero" in places:
             found -= x[places["zero"][number]] * deepest * WIDTHS["zero"]
-        if "compliance" in places:
-            found -= x[places["compliance"][0]] * WIDTHS["compliance"] / stiff * 0.1 * p
         if "drift" in places:
-            span = max(part.t_out[-1] - part.t_in[0], 1e-300)
-            found -= x[places["drift"][number]] * WIDTHS["drift"] * deepest * (t - part.t_in[0]) / span
+            found -= x[places["drift"][number]] * WIDTHS["drift"] * deepest * (t - part.begin) / span_of(part)
         return found
 
     def loading(x, h):
-        """The load that a depth has on the way in."""
-        load = np.exp(x[0]) * np.maximum(h, 0) ** 2
+        """The load that a depth has on the way in, and its slope."""
+        load, h = np.exp(x[0]) * np.maximum(h, 0) ** 2, np.maximum(h, 1e-3 * reference)
         if not bent:
-            return load
-        way = np.log(np.maximum(h, 1e-3 * reference) / reference)
-        return load * np.exp((x[3] - 2) * way + x[4] * way**2)
+            return load, 2 * load / h
+        way = np.log(h / reference)
+        load *= np.exp((x[3] - 2) * way + x[4] * way**2)
+        return load, (x[3] + 2 * x[4] * way) * load / h
 
     def residuals(x, scales):
         found = []
         for number, part in enumerate(parts):
             scale_in, scale_out = scales[number]
             h_in = corrected(x, number, part, part.h_in, part.p_in, part.t_in)
-            found.append((part.p_in - loading(x, h_in)) / (scale_in * part.load))
+            load, rise = loading(x, h_in)
+            # loads scatter, and depths that are corrected by them: each row is off by its own load alone
+            found.append((part.p_in - load) / (1 + compliance_of(x) * rise) / (scale_in * part.load))
             top = corrected(
                 x, number, part, np.array([part.top]), np.array([part.load]), np.array([part.time])
             )
             h_out = corrected(x, number, part, part.h_out, part.p_out, part.t_out)
             begin = part.load * np.exp(x[tops][number] * part.load_sigma)
             share = np.clip(part.p_out / begin, 1e-6, 1)
-            fallen = begin / max(loading(x, top)[0], 1e-300)  # of a hold at a given depth
+            fallen = begin / max(loading(x, top)[0][0], 1e-300)  # of a hold at a given depth
             recovered, inverse = forward.full_recovery(np.exp(x[1]), x[2]) * fallen, x[2]
             slope = recovered * inverse * share ** (inverse - 1)
             back = 1 - h_out / top[0]
+            slope += compliance_of(x) * begin / top[0]
             found.append((back - recovered * (1 - share**inverse)) / (scale_out * slope))
         return found
 
     def everything(x, scales):
-        return np.concatenate([*residuals(x, scales), x[tops]])
+        expected = [x[places["drift"]] * WIDTHS["drift"] / DRIFT] if "drift" in places else []
+        return np.concatenate([*residuals(x, scales), x[tops], *expected])
 
     def solve(x, scales):
         low, high = np.full(at, -np.inf), np.full(at, np.inf)
@@ -185,7 +199,7 @@ def from_curves(tip, curves, free=(), noise=None):
         unit = {
             "zero": deepest * WIDTHS["zero"],
             "compliance": WIDTHS["compliance"] * 0.1 / stiff,
-            "drift": WIDTHS["drift"] * deepest / max(first.t_out[-1] - first.t_in[0], 1e-300),
+            "drift": WIDTHS["drift"] * deepest / span_of(first),
         }[name]
         corrections[name] = [
             (float(found.x[i] * unit), float(np.sqrt(covariance[i, i]) * unit)) for i in place
