@@ -27,6 +27,30 @@ COMMANDS = {
 }
 
 
+class Console:
+    """A stream that outlives its reader: what is printed after that (`| head`) goes nowhere, and the command
+    goes on to its files."""
+
+    def __init__(self, stream):
+        self.stream = stream
+
+    def __getattr__(self, name):
+        return getattr(self.stream, name)
+
+    def write(self, text):
+        return self._try(self.stream.write, text)
+
+    def flush(self):
+        self._try(self.stream.flush)
+
+    def _try(self, action, *arguments):
+        try:
+            return action(*arguments)
+        except BrokenPipeError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), self.stream.fileno())
+            return 0
+
+
 def usage():
     lines = ["usage: gimp3d-post COMMAND [options] ...", ""]
     lines += [f"   {name:<14} {what}" for name, what in COMMANDS.items()]
@@ -78,7 +102,12 @@ def main(arguments=None):
     if name == "paraview":
         return in_paraview(arguments[1:])
     sys.argv = [f"gimp3d-post {name}", *arguments[1:]]
-    return importlib.import_module(f".{name}", __package__).main()
+    before, sys.stdout = sys.stdout, Console(sys.stdout)
+    try:
+        return importlib.import_module(f".{name}", __package__).main()
+    finally:
+        sys.stdout.flush()
+        sys.stdout = before
 
 
 if __name__ == "__main__":

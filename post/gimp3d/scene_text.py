@@ -12,7 +12,9 @@ class BadSetting(Exception):
 
 
 def written(value):
-    """A value as a namelist has it; lists with commas."""
+    """A value as a namelist has it; lists with commas. Arrays and numbers of NumPy too."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
     if isinstance(value, (list, tuple)):
         return ",".join(written(part) for part in value)
     if isinstance(value, bool):

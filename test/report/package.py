@@ -12,7 +12,9 @@ from checks import finish, require
 scene = Scene("readers.nml")
 require("a scene is read", scene["material"][0]["young"] == [70e9] and scene.directory == Path("read"))
 scene.set("output", "formats", ["hdf5"])
-scene.set("body", "particles_per_cell", 1)
+scene.set("body", "particles_per_cell", np.int64(1))
+scene.set("scene", "end_time", np.float64(scene["scene"][0]["end_time"][0]))
+scene.set("body", "velocity", np.zeros(3))
 again = Scene(scene.write("changed.nml"))
 require(
     "what is written is read again", again["body"][0]["particles_per_cell"] == [1] and "&probe" in again.text

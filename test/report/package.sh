@@ -20,6 +20,9 @@ refused() { # refused WORDS COMMAND...
    "$PYTHON" -m gimp3d "${@:2}" >said.log 2>&1 || status=$?
    [ $status -eq 2 ] && [ "$(wc -l <said.log)" -eq 1 ] && grep -q -- "$1" said.log || { cat said.log; fail "${*:2}"; }
 }
+# a reader that has closed the console does not cost files
+{ "$PYTHON" -m gimp3d hardness --no-plots read; echo $? >status; } 2>said.log | true
+[ "$(cat status)" -eq 0 ] && [ ! -s said.log ] && [ -s read/hardness_profile.csv ] || { cat said.log; fail 'hardness | true'; }
 mkdir flat
 printf "&grid geometry='plane_strain', lower=0,0,0, upper=1,1,1, cell_size=1 /\n&tool name='t' /\n" >flat/case.nml
 refused 'plane strain' hardness flat
