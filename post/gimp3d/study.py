@@ -147,6 +147,7 @@ class Comparison:
         )
         self.y = {run: quantities.at(quantity, curve, self.x) for run, curve in self.curves.items()}
         self.unknown = None  # a run that is itself the reference
+        self.finest = 0.0  # its cell, where nothing finer tells what other runs on it have, m
         if known is None:
             self.limit = self.own_reference(plan)
         self.errors = {run: self.error(run) for run in self.good}
@@ -179,8 +180,9 @@ class Comparison:
             self.name = f"the finest run of {plan.main}"
             self.notes.append(
                 f"Richardson's limit is not to be had ({reason}): errors are those beside the finest run of "
-                f"{plan.main}, and its own is not known."
+                f"{plan.main}; its own is not known, nor those of other runs on its cells."
             )
+            self.finest = self.unknown.cell
             return self.y[self.unknown]
 
     def reference(self, run):
@@ -196,7 +198,7 @@ class Comparison:
         return np.interp(self.x, x, y)
 
     def error(self, run):
-        if run is self.unknown:
+        if run is self.unknown or run.cell <= self.finest * (1 + 1e-9):
             return None, None
         if self.quantity.kind == "printed":
             return (100 * abs(float(self.y[run][0])),) * 2

@@ -174,6 +174,8 @@ check(
         for case in surrogate.shipped_design(one)
     ),
 )
+elastic = surrogate.fit_feature(np.array([100.0]), [], np.array([1.0]), KNOWN["elastic"])
+check("elastic: one run says no more than 2 % of the load", elastic.scatter >= 0.02 and elastic.normal == 1)
 case = forward.Case(Tip("cone", 70.3), 60, (0.3,))
 shipped = surrogate.features(case, cache[case]["kept"])
 again = Cache("anew", shipped=None)

@@ -10,6 +10,7 @@ import numpy as np
 
 ROOT = Path(sys.argv[1])
 from gimp3d import study_fit as fit
+from gimp3d.study import Comparison
 from gimp3d import study_quantity as quantities
 from gimp3d import study_setting
 from gimp3d.run_data import Unreadable, read_namelists
@@ -42,6 +43,14 @@ require(
 x = np.linspace(0, 1, 11)
 curves = [np.sin(x) + (0.1 + x) * h**1.5 for h in (4.0, 3.0, 1.0)]
 limit, order = fit.richardson([4.0, 3.0, 1.0], curves)
+beside = object.__new__(Comparison)  # where the finest run is the reference, because grids show no order
+beside.quantity, beside.limit, beside.finest = SimpleNamespace(kind="load"), x, 1.0
+finest, other, coarse = (type("run", (), {"cell": cell}) for cell in (1.0, 1.0, 2.0))
+beside.unknown, beside.y = finest, {other: x + 1e-4, coarse: x + 0.1}
+require(
+    "another run on the reference's cells has no known error, a coarser one has",
+    beside.error(other) == (None, None) and beside.error(coarse)[0] > 1,
+)
 require("Richardson: the limit of f + c h^1.5 on uneven sizes", np.allclose(limit, np.sin(x), atol=1e-9))
 require("Richardson: its order", near(order, 1.5, 1e-6))
 shuffled, _ = fit.richardson([1.0, 4.0, 3.0], [curves[2], curves[0], curves[1]])

@@ -27,6 +27,7 @@ from .laws import POWER
 
 NAMES = ("curvature", "recovery", "inverse exponent", "power of the loading", "its change")
 STEEPEST = 2.0  # change of the logarithm of the scatter of runs over the softness
+ONE_RUN = 0.02  # one sigma of a law without flow, whose one run has the stiffness of its base and cells
 SWEEPS = 4  # of the polynomials and of the scatter about them
 FAR = 4.0  # sigmas
 MANY = 12  # pairs of a tip that give its own effects of cells or speed
@@ -131,7 +132,7 @@ def fit_feature(ratio, shape, value, law=POWER):
     The recovery of soft metals is a small part of a cell, and scatters more: the logarithm of the scatter is a
     line in the softness, which also gives the runs their weights. Runs that are FAR sigmas off are left out."""
     if not law.flows:
-        return Fitted(0, value[:1], 0.0, 0.0, np.zeros((1, 1)))
+        return Fitted(0, value[:1], ONE_RUN, 0.0, np.ones((1, 1)))
     place, slope, some = softness(ratio, shape, law), 0.0, np.ones(len(value), bool)
     shape = np.asarray(shape)
     for _ in range(SWEEPS):
