@@ -190,7 +190,7 @@ def main():
         if is_flat(run.case["grid"][0]):
             raise Unreadable(
                 f"{options.run}: the scene is given by its section, which has no surface to look at; "
-                "make paraview revolves it"
+                "make paraview shows it, revolved where it is axisymmetric"
             )
         snapshots = plots.snapshots_of(run)
         history = run.tool_history(run.tools[0]) if run.tools else None

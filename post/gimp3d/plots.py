@@ -213,7 +213,9 @@ def load_depth(run, tool, history, options):
     axes.plot(depth / depth_factor, load / load_factor, color="C0", label=f"gimp3d{model_text(share)}")
     for label, x, y, style, _ in reference_curves(run, tool, depth, load, options):
         axes.plot(x / depth_factor, y / load_factor, label=label, **style)
-    axes.set(xlabel=f"depth [{depth_unit}]", ylabel=f"load, full body [{load_unit}]", title=run.title)
+    flat = run.case["grid"][0].get("geometry", ["3d"])[0].lower() == "plane_strain"
+    label = f"load per metre of width [{load_unit}/m]" if flat else f"load, full body [{load_unit}]"
+    axes.set(xlabel=f"depth [{depth_unit}]", ylabel=label, title=run.title)
     axes.margins(x=0.02)
     axes.legend()
     return figure
