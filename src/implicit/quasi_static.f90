@@ -293,15 +293,19 @@ contains
    end subroutine attempt
 
    !> Collective: true when a shorter step is the same problem: without inertia, tools and laws that depend on
-   !> time, under the same load as in the attempt before.
+   !> time or rates, under the same load as in the attempt before.
    logical function is_in_vain(self, load)
       class(quasi_static_t), intent(in) :: self
       real(wp), allocatable, intent(in) :: load(:) !< of that; not allocated in the first attempt
       real(wp) :: apart
+      integer :: m
       is_in_vain = .false.
       associate (system => self%equilibrium%system)
          if (self%creeps .or. self%spec%has_inertia() .or. size(system%contact%tools%now) > 0) return
          if (.not. allocated(load)) return
+         do m = 1, size(system%model%materials%slots)
+            if (system%model%materials%slots(m)%law%may_flow()) return
+         end do
          apart = 1.0_wp
          if (size(load) == size(system%load)) apart = maxval([0.0_wp, abs(load - system%load)])
          is_in_vain = .not. system%model%communicator%maximum(apart) > 0.0_wp

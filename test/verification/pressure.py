@@ -166,6 +166,25 @@ def couple():
         check(f"couple on {cells} cells: spin over {slower:.3f} of a rigid one", turned / slower - 1, 0.002)
 
 
+def oblique_traction():
+    """A traction along and across the top of a free cube of 4 cells: its torque about the centre is that of a
+    force at the middle of the top. It acted half a particle aside in the direction of the traction."""
+    size, end, slower = 0.4, 0.05, 1 / (1 + 2 / 16)
+    text = (
+        f"&scene title='oblique', end_time={end} /\n"
+        f"&grid lower=3*-0.8, upper=3*0.8, cell_size={size / 4!r} /\n&time domain='fixed' /\n"
+        + LAW
+        + "&body material='soft', shape='box', lower=3*-0.2, upper=3*0.2 /\n"
+        "&pressure lower=-0.2,-0.2,0.2, upper=0.2,0.2,0.2, times=0, values=100, traction=2,0,-1 /\n"
+        "&output directory='oblique', history_every=0.002 /\n"
+    )
+    run(text, 1)
+    rows = energy("oblique")
+    torque = 0.5 * size * 2 * 100 * size**2
+    turned = vector(rows, "angular_momentum")[-1, 1] / (torque * rows["time"][-1])
+    check("oblique traction: torque over that at the middle of the face", turned / slower - 1, 0.01)
+
+
 def traction(follows):
     """A block that turns about y under a traction on its top, first along x. One that stays gives a momentum
     of p A t along x. One that turns with the face has a constant torque, so that the angle is known too, and
@@ -316,6 +335,8 @@ if __name__ == "__main__":
                 for pressure in (150e3, 300e3) if every else (300e3,):
                     pulled_rod(domain, particles, top, pressure, 0.01)
     pulled_rod("corners", 1, 1.0, 150e3, 0.01)
+    couple()
+    oblique_traction()
     for ranks in (1, 2, 4) if every else (1, 2):
         turning(ranks)
     for follows in (False, True):
