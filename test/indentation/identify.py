@@ -76,6 +76,18 @@ for name in ("a.csv", "a.hld", "a.txt"):
         f"{name}: nm and mN or uN as m and N",
         np.allclose(found.depth, depth, atol=1e-12) and np.allclose(found.load, load, atol=1e-8),
     )
+thousand = [f"{i},{1e9 * h:.9e},{1e3 * p:.9e}\n" for i, (h, p) in enumerate(zip(depth, load))]
+for head in (
+    "Time,Depth,Load\ns,nm,mN\n",
+    "Time On Sample (s),Displacement Into Surface (nm),Load On Sample (mN)\n",
+    "Time [s],Indentation depth [nm],Normal force [mN]\n",
+):
+    Path("head.csv").write_text(head + "".join(thousand))
+    found = measured.read_curve("head.csv")
+    check(
+        f"columns {head.splitlines()}",
+        np.allclose(found.depth, depth, atol=1e-12) and np.allclose(found.load, load, atol=1e-8),
+    )
 Path("numbers.csv").write_text("C [GPa], S [N/m], Wp/Wt, hmax [um]\n27.408, 5146364, 0.9016, 10.407\n")
 row = measured.read_curve("numbers.csv")[0]
 check(
@@ -88,6 +100,7 @@ for text, word in (
     ("load [mN], time [s]\n" + "1, 2\n" * 30, "columns depth and load"),
     ("depth [nm], load [mN]\n1, x\n2, 3\n", "head"),
     ("depth [nm], load [mN]\n" + "1, nan\n" * 30, "finite"),
+    ("depth [nm], load [mN]\n" + "".join(f"{-i}, {-i}\n" for i in range(30)), "loads below 0"),
     ("", "no rows"),
 ):
     Path("bad.csv").write_text(text)

@@ -20,10 +20,13 @@ UNITS = {
     "%": 0.01, "": 1.0, "1": 1.0, "-": 1.0,
 }  # fmt: skip
 KINDS = {
-    "depth": ("depth", "disp", "displacement", "h", "penetration"),
-    "load": ("load", "force", "p", "f", "load_z"),
-    "time": ("time", "t"),
-}
+    "depth": (
+        "depth", "disp", "displacement", "h", "penetration", "indentation depth", "penetration depth",
+        "displacement into surface",
+    ),
+    "load": ("load", "force", "p", "f", "load_z", "load on sample", "normal force"),
+    "time": ("time", "t", "time on sample"),
+}  # fmt: skip
 DERIVED = {
     "curvature": ("c", "curvature", "p/h2", "c=p/h2"),
     "stiffness": ("s", "stiffness", "dp/dh"),
@@ -87,7 +90,10 @@ def read_table(path):
                 for w in line[1:].split(",")
                 for names in (*KINDS.values(), *DERIVED.values())
             ):
+                last = head
                 head = [w for w in re.split(r"[;,\t]", line.lstrip("# ")) if w.strip()]
+                if last and len(last) == len(head) and all(w.strip(" []()").lower() in UNITS for w in head):
+                    head = [f"{name} [{unit.strip(' []()')}]" for name, unit in zip(last, head)]
                 if len(head) == 1:
                     head = re.findall(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?", line.lstrip("# "))
             continue
@@ -156,6 +162,8 @@ def read_curve(path):
         raise Unreadable(f"{path}: columns depth and load are required; it has {', '.join(names)}")
     if len(depth) < 20:
         raise Unreadable(f"{path}: {len(depth)} rows; at least 20 are required")
+    if np.max(load) < -np.min(load):
+        raise Unreadable(f"{path}: loads below 0; allowed: loads and depths above 0 where the tool presses")
     if not (np.all(np.isfinite(depth)) and np.all(np.isfinite(load))):
         raise Unreadable(f"{path}: a depth or load is not a finite number")
     return Curve(path.stem, depth, load, column(KINDS["time"], names, units, rows))
