@@ -136,7 +136,7 @@ contains
          if (system%loads_lag) then
             call self%follow_surfaces(force)
             residual = sqrt(system%dot(self%left, self%left))
-            best = residual
+            best = residual ! what is solved next begins here
          end if
          if (residual <= tolerance*system%scale) self%outcome = found
       end associate
