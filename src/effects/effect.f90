@@ -194,8 +194,8 @@ contains
 
    !> Work (J) of the forces of add_forces on a block's particles in a step, by the particles' own motion: it
    !> must equal the work on the nodes (theory.md, Work).
-   pure function particle_work(self, particles, which, layout, gradient, from, way_to, time, &
-                               time_step) result(work)
+   pure function particle_work(self, particles, which, layout, gradient, from, way_to, time, time_step, &
+                               window) result(work)
       class(effect_t), intent(in) :: self
       type(particle_store_t), intent(in) :: particles
       integer, intent(in) :: which(:) !< particles on which the forces act
@@ -206,6 +206,7 @@ contains
       integer, intent(in) :: way_to                      !< first column of the centres at the end of the step
       real(wp), intent(in) :: time                       !< s, of the beginning of the step
       real(wp), intent(in) :: time_step                  !< s
+      real(wp), intent(in) :: window                     !< s, as in add_forces
       real(wp) :: work(2) !< with the mean of the forces at the step's beginning and end; part of it due to
                           !< half the force at its end
       work = 0.0_wp
@@ -243,13 +244,15 @@ contains
    !> Add forces (N, components 5 to 7 of a node) to the tile with the contributions of a block's own
    !> particles, before the sum over blocks; a force outside a symmetry plane is mirrored afterwards. Their
    !> work counts as external.
-   pure subroutine add_forces(self, block, table, layout, grid, time, tile)
+   pure subroutine add_forces(self, block, table, layout, grid, time, window, tile)
       class(effect_t), intent(in) :: self
       type(block_t), intent(in) :: block
       type(field_table_t), intent(in) :: table
       type(layout_t), intent(in) :: layout
       type(grid_level_t), intent(in) :: grid
-      real(wp), intent(in) :: time !< s, of the beginning of the step
+      real(wp), intent(in) :: time   !< s, of the beginning of the step
+      real(wp), intent(in) :: window !< s: the force is the mean of a given load from `time` on; the
+                                     !< step in an explicit step, 0 (the load at `time`) in an implicit one
       real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
    end subroutine add_forces
 

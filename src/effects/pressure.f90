@@ -5,7 +5,7 @@ module m_pressure
    use m_constants, only: exit_input
    use m_errors, only: error_t, fail
    use m_text, only: to_text
-   use m_piecewise, only: value_at
+   use m_piecewise, only: value_at, integral
    use m_node_values, only: f_x, f_z
    use m_communicator, only: communicator_t
    use m_group_reader, only: group_reader_t
@@ -64,6 +64,7 @@ module m_pressure
       procedure :: particle_work
       procedure :: on_stress
       procedure :: turning_times
+      procedure, private :: mean_value
       procedure, private :: pull
       procedure, private :: push
    end type pressure_t
@@ -279,23 +280,35 @@ contains
 
    !> Add -p A of each particle's share, by the hat functions of the grid, as for a tool's contact force: a
    !> uniform pressure gives a uniform stress.
-   pure subroutine add_forces(self, block, table, layout, grid, time, tile)
+   pure subroutine add_forces(self, block, table, layout, grid, time, window, tile)
       class(pressure_t), intent(in) :: self
       type(block_t), intent(in) :: block
       type(field_table_t), intent(in) :: table
       type(layout_t), intent(in) :: layout
       type(grid_level_t), intent(in) :: grid
-      real(wp), intent(in) :: time
+      real(wp), intent(in) :: time, window
       real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
       real(wp) :: force(3), now
       integer :: p
-      now = value_at(self%times, self%values, time)
+      now = self%mean_value(time, window)
       if (abs(now) <= 0.0_wp) return
       do p = 1, block%particles%count
          force = now*self%pull(block%particles%column(p, :))
          if (any(abs(force) > 0.0_wp)) call self%push(block, p, layout, grid, force, tile)
       end do
    end subroutine add_forces
+
+   !> Mean of the given values over a window (s) from a time on, so that a table gives its whole impulse
+   !> however long the steps are; without a window the value at that time.
+   pure real(wp) function mean_value(self, time, window)
+      class(pressure_t), intent(in) :: self
+      real(wp), intent(in) :: time, window
+      if (window > 0.0_wp) then
+         mean_value = integral(self%times, self%values, time, time + window)/window
+      else
+         mean_value = value_at(self%times, self%values, time)
+      end if
+   end function mean_value
 
    !> Likewise the change of -p A by the displacements of an implicit step: of the size of the area. Its
    !> direction follows from step to step (theory.md, Loads on surfaces).
@@ -394,15 +407,15 @@ contains
 
    !> -p A, the mean of the step's ends, times the displacement of the middle of each share: that of the
    !> centre, and dt L arm.
-   pure function particle_work(self, particles, which, layout, gradient, from, way_to, time, &
-                               time_step) result(work)
+   pure function particle_work(self, particles, which, layout, gradient, from, way_to, time, time_step, &
+                               window) result(work)
       class(pressure_t), intent(in) :: self
       type(particle_store_t), intent(in) :: particles
       integer, intent(in) :: which(:)
       type(layout_t), intent(in) :: layout
       real(wp), intent(in), contiguous :: gradient(:, :), from(:, :)
       integer, intent(in) :: way_to
-      real(wp), intent(in) :: time, time_step
+      real(wp), intent(in) :: time, time_step, window
       real(wp) :: before(size(particles%column, 2)), swept(2), way(3), work(2)
       integer :: i
       swept = 0.0_wp
@@ -415,8 +428,8 @@ contains
             swept = swept + [dot_product(self%pull(before), way), dot_product(self%pull(column(p, :)), way)]
          end associate
       end do
-      work(2) = 0.5_wp*value_at(self%times, self%values, time + time_step)*swept(2)
-      work(1) = work(2) + 0.5_wp*value_at(self%times, self%values, time)*swept(1)
+      work(2) = 0.5_wp*self%mean_value(time + time_step, window)*swept(2)
+      work(1) = work(2) + 0.5_wp*self%mean_value(time, window)*swept(1)
    end function particle_work
 
    pure subroutine on_stress(self, particles, layout, gradient, cell, time_step)

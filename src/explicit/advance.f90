@@ -132,7 +132,7 @@ contains
       integer, intent(in) :: l
       type(clock_t), intent(in) :: clock
       type(error_t), intent(inout) :: error
-      call particles_to_grid(model, l, clock%time)
+      call particles_to_grid(model, l, clock%time, clock%step)
       call by_blocks(model, l, clock_t(clock%time), [shared_sums, nodal_solve], error)
       call meet_tools(model, l, clock, .false.)
       call by_blocks(model, l, clock, [velocity_gradient, stress], error)
@@ -150,16 +150,17 @@ contains
       integer :: l
       do l = size(model%levels), first, -1
          call model%timers%on_level(l)
-         call particles_to_grid(model, l, clock%time)
+         own_step = clock%step
+         if (model%method%subcycle) own_step = 0.5_wp**(l - first)*clock%step
+         call particles_to_grid(model, l, clock%time, own_step)
          if (size(model%levels) > 1) call by_blocks(model, l, clock, [shared_sums], error)
          if (l == 1) cycle
          call model%timers%enter(model%levels_row)
-         own_step = 0.0_wp
-         if (model%method%subcycle) own_step = 0.5_wp**(l - first)*clock%step
          if (l == first) then
             call model%composite(l)%restrict_change(model%communicator, model%levels(l))
          else
-            call model%composite(l)%restrict(model%communicator, model%levels(l), own_step)
+            call model%composite(l)%restrict(model%communicator, model%levels(l), &
+                                             merge(own_step, 0.0_wp, model%method%subcycle))
          end if
       end do
    end subroutine p2g_levels

@@ -21,16 +21,16 @@ contains
 
    !> P2G of all blocks of a level, those with remote neighbours first, so that the halo exchange overlaps
    !> with the others. If there is a finer level, its restricted values are added.
-   subroutine particles_to_grid(model, l, time)
+   subroutine particles_to_grid(model, l, time, time_step)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
-      real(wp), intent(in) :: time !< of the level, s
+      real(wp), intent(in) :: time, time_step !< of the level, s
       logical :: finest
       integer :: b
       finest = l == size(model%levels)
       associate (level => model%levels(l))
          do b = 1, size(level%blocks)
-            if (level%blocks(b)%shared .or. .not. finest) call begin_tile(model, l, b, time)
+            if (level%blocks(b)%shared .or. .not. finest) call begin_tile(model, l, b, time, time_step)
          end do
          if (.not. finest) then
             call model%timers%enter(model%levels_row)
@@ -40,7 +40,7 @@ contains
          call model%exchange(l)%start(level%nodes)
          level%sums_wait = .true.
          do b = 1, size(level%blocks)
-            if (finest .and. .not. level%blocks(b)%shared) call begin_tile(model, l, b, time)
+            if (finest .and. .not. level%blocks(b)%shared) call begin_tile(model, l, b, time, time_step)
          end do
          call model%effect_step(l)%keep_masses(level)
       end associate
@@ -48,15 +48,16 @@ contains
 
    !> Contributions of a block's particles and of effects to its nodes at the beginning of a step, to be
    !> replaced by sums.
-   subroutine begin_tile(model, l, b, time)
+   subroutine begin_tile(model, l, b, time, time_step)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
-      real(wp), intent(in) :: time !< of the level, s
+      real(wp), intent(in) :: time, time_step !< of the level, s
       call p2g_block(model, l, b)
       associate (level => model%levels(l), block => model%levels(l)%blocks(b))
          call block%count_disorder()
          if (model%effect_step(l)%acts_on_nodes) &
-            call model%effect_step(l)%add_body_forces(model%effects, level, b, time, model%timers)
+            call model%effect_step(l)%add_body_forces(model%effects, level, b, time, time_step, &
+                                                      model%timers)
          call fold_symmetry(level%grid, block%place, level%nodes(:, :, :, :, b), motion_parity)
          block%deposited = 0
       end associate

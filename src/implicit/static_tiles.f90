@@ -37,7 +37,7 @@ contains
                         frame_of(level, level%blocks(b)), level%nodes(:, :, :, :, b))
                if (.not. stress) level%nodes(a_x:a_z, :, :, :, b) = 0.0_wp
                if (effects%acts_on_nodes) &
-                  call effects%add_body_forces(model%effects, level, b, time, model%timers)
+                  call effects%add_body_forces(model%effects, level, b, time, 0.0_wp, model%timers)
             end do
             call fold_all(level, motion_parity, level%nodes)
             if (l < size(model%levels)) call model%composite(l + 1)%add_to_parents(level)

@@ -113,12 +113,12 @@ contains
 
    !> Add body forces and other forces to the tile with the contributions of a block's particles. Resets the
    !> nodal force of the block.
-   subroutine add_body_forces(self, effects, level, b, time, timers)
+   subroutine add_body_forces(self, effects, level, b, time, window, timers)
       class(effect_step_t), intent(inout) :: self
       type(effect_slot_t), intent(in) :: effects(:)
       type(level_t), intent(inout) :: level
       integer, intent(in) :: b
-      real(wp), intent(in) :: time !< s
+      real(wp), intent(in) :: time, window !< s: as in effect_t's add_forces
       type(timers_t), intent(inout) :: timers
       real(wp) :: before(3, 0:tile_last, 0:tile_last, 0:tile_last)
       integer :: i, e
@@ -143,7 +143,7 @@ contains
             e = self%add_forces(i)
             call timers%enter(effects(e)%row)
             call effects(e)%effect%add_forces(block, level%table, level%layout, level%grid, time, &
-                                              level%nodes(:, :, :, :, b))
+                                              window, level%nodes(:, :, :, :, b))
          end do
       end associate
       call timers%enter(phase_p2g)
@@ -326,7 +326,8 @@ contains
             associate (effect => effects(self%add_forces(i))%effect, marked => self%marked(i, b))
                if (.not. allocated(marked%which)) cycle ! at rest
                work = work + effect%particle_work(block%particles, marked%which, level%layout, gradient, &
-                                                  marked%from, way_to, time, time_step)
+                                                  marked%from, way_to, time, time_step, &
+                                                  merge(time_step, 0.0_wp, self%leads))
                deallocate (marked%which, marked%from)
             end associate
          end do

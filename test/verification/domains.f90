@@ -208,7 +208,7 @@ contains
       highest = 0.0_wp
       do s = 1, steps
          call advance(model, step, error)
-         call particles_to_grid(model, 1, model%time)
+         call particles_to_grid(model, 1, model%time, 0.0_wp)
          call by_blocks(model, 1, clock_t(model%time), [shared_sums, nodal_solve], error)
          call inner_densities(model, middle, 1.0_wp + s*step*rate, lowest, highest)
       end do

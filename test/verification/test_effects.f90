@@ -81,13 +81,13 @@ contains
       hooks = hooks_t(add_forces=.true.)
    end function tile_force_hooks
 
-   pure subroutine add_weight(self, block, table, layout, grid, time, tile)
+   pure subroutine add_weight(self, block, table, layout, grid, time, window, tile)
       class(tile_force_t), intent(in) :: self
       type(block_t), intent(in) :: block
       type(field_table_t), intent(in) :: table
       type(layout_t), intent(in) :: layout
       type(grid_level_t), intent(in) :: grid
-      real(wp), intent(in) :: time
+      real(wp), intent(in) :: time, window
       real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
       integer :: axis
       do axis = 1, 3
