@@ -590,11 +590,12 @@ def sentence_of(parts):
     )
 
 
-def write_answer(solve, folder, choice, record):
+def write_answer(solve, out, choice, record):
+    folder = solve.study.directory
     write_text(folder / "answer.json", json.dumps(record, indent=1) + "\n")
     scene = Scene(scene_of(solve.study.text, {**solve.base, **choice.settings}, solve.study.setting).text)
     for which, _ in enumerate(scene.groups("output")):
-        scene.set("output", "directory", f"out/solve/{solve.study.scene.stem}/run", which)
+        scene.set("output", "directory", f"{out}/run", which)
     write_text(folder / "chosen.nml", scene.text)
 
 
@@ -774,7 +775,7 @@ def solve_scene(study, options):
         attempts += 1
         errors = solve.fit()
         record = record_of(solve, errors, choice, run, predicted, pace)
-        write_answer(solve, study.directory, choice, record)
+        write_answer(solve, options.out, choice, record)
         say(
             f"reached    error {record['error']:.2g} +- {record['error_uncertainty']:.2g} %: "
             f"{sentence_of(record['parts'])}; {said_of_time(record)}"

@@ -17,6 +17,7 @@ module m_column_names
 
    type, public :: columns_t
       integer :: line = 0                              !< line number in the file; 0: no header
+      integer :: rows = 0                              !< their number, from the line before; 0: not there
       character(len=:), allocatable :: shown           !< the line as written
       character(len=longest), allocatable :: name(:)   !< in lower case, without quotes, blanks, _, - and unit
       character(len=longest), allocatable :: unit(:)   !< after the name, in brackets or after / or _; empty:
@@ -29,11 +30,12 @@ module m_column_names
 contains
 
    !> Read the header line, if the first non-empty line is one: words only, and the next line begins with a
-   !> number.
-   subroutine read_columns(bytes, lines, columns)
+   !> number. If `counted`, it may come second, after the number of rows.
+   subroutine read_columns(bytes, lines, columns, counted)
       character(len=*), intent(in) :: bytes
       type(lines_t), intent(inout) :: lines !< on return after that line
       type(columns_t), intent(out) :: columns
+      logical, intent(in), optional :: counted
       type(lines_t) :: ahead, behind
       integer :: first, last
       logical :: are_names
@@ -41,6 +43,10 @@ contains
       allocate (columns%name(0), columns%unit(0))
       columns%shown = ''
       if (.not. next_content(bytes, ahead, first, last)) return
+      if (present(counted)) columns%rows = number_of_rows(bytes(first:last))
+      if (columns%rows > 0) then
+         if (.not. next_content(bytes, ahead, first, last)) return
+      end if
       if (last - first >= longest_line) return
       if (.not. is_text(bytes(first:last))) return
       behind = ahead
@@ -72,6 +78,15 @@ contains
          return
       end do
    end function next_content
+
+   !> The number in a line that has digits only; 0 for another line.
+   pure integer function number_of_rows(line) result(number)
+      character(len=*), intent(in) :: line
+      integer :: status
+      number = 0
+      if (verify(line, '0123456789') > 0 .or. len(line) > 9) return
+      read (line, *, iostat=status) number
+   end function number_of_rows
 
    !> True when the line begins with a letter or a quote, and is text.
    pure logical function is_text(line)

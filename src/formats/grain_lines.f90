@@ -42,13 +42,14 @@ contains
       call with_decimal_points(bytes, fault)
       if (fault /= '') return
       factor = 1.0_wp
-      call read_columns(bytes, lines, columns)
+      call read_columns(bytes, lines, columns, counted=.true.)
       if (columns%line > 0) call choose_columns(columns, order, factor, list, fault)
       if (fault /= '') return
       allocate (rows(max_width, 64))
       width = 0
       count = 0
       do while (lines%next_line(bytes))
+         if (allocated(order) .and. columns%rows > 0 .and. count == columns%rows) exit ! other tables follow
          call read_row(bytes, lines, row, n, ok)
          if (ok .and. n == 0) cycle
          if (allocated(order)) then
@@ -76,8 +77,10 @@ contains
       end do
       if (count == 0) then
          fault = 'has no grains; allowed: a line each'
-         return
+      else if (allocated(order) .and. count < columns%rows) then
+         fault = 'has '//to_text(count)//' rows and says '//to_text(columns%rows)//' above its names'
       end if
+      if (fault /= '') return
       n = 0
       if (any(width == widths(4:))) n = 3
       list%numbers = width - n

@@ -208,6 +208,15 @@ def all_grains():
         if mark == ";":
             text = text.replace(".", ",").encode()
             grains("columns with names, decimal commas", text, None, quaternions, "", (near[0], none))
+    features = np.column_stack([np.arange(1, 13), 1e-5 * seeds, np.radians(angles), np.ones(12)])
+    body = "\n".join(",".join(f"{v:.9g}" for v in row) for row in features) + "\n"
+    head = "Feature_ID,Centroids_0,Centroids_1,Centroids_2,EulerAngles_0,EulerAngles_1,EulerAngles_2,Phases\n"
+    after = "12\nFeature_ID,NumNeighbors,NeighborList\n1,2,3,4\n2,1,1\n"
+    radians = "angles='bunge_radians'"
+    made = ("12\n" + head + body + after).encode()
+    grains("features of DREAM.3D as CSV", made, None, quaternions, radians, (near[0], none))
+    made = ("13\n" + head + body).encode()
+    refuse(GRAINS, "fewer features than said", made, "has 12 rows and says 13", radians)
     table_of = "x y z qw qx qy qz\n" + writers.rows(np.column_stack([1e-5 * seeds, quaternions]), "%.15e")
     grains(
         "columns qw qx qy qz", table_of.encode(), None, quaternions, "angles='quaternion'", (near[0], none)

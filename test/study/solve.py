@@ -229,7 +229,7 @@ for target in (2, 0.5):
     require(
         "the scene that was chosen is there, with its outputs",
         "&output" in chosen
-        and "out/solve/hertz/run" in chosen
+        and f"out_{target}/run'" in chosen
         and f"cell_size={answer['settings']['cell']!r}" in chosen,
     )
 cheaper = min(calls and [float(call[1]) for call in calls if call[0] == "run"])
