@@ -84,7 +84,7 @@ contains
             call system%evaluate(self%z, force, self%trial_status)
          end if
          do
-            call renew_deflections(system%contact, system%model)
+            call renew_deflections(system%contact, system%model, self%newton <= 1)
             do n = 1, system%contact%count
                pressing(n) = system%contact%list(n)%force
                friction_force(:, n) = system%contact%list(n)%friction_force

@@ -2,6 +2,8 @@
 !> displacement, and their forces on the nodes (theory.md, eqs static-contact, static-pairs).
 module m_static_contact
    use m_kinds, only: wp
+   use m_communicator, only: communicator_t
+   use m_mixing, only: mixing_t
    use m_node_values, only: v_x, v_z, f_x, f_z
    use m_level, only: level_t
    use m_scene_materials, only: materials_t
@@ -27,6 +29,7 @@ module m_static_contact
       type(static_tools_t) :: tools
       type(static_pairs_t) :: pairs         !< far sides of the points between bodies
       type(body_contact_spec_t), allocatable :: pair_specs(:) !< contact between their bodies
+      type(mixing_t), private :: mixing !< of the deflections below the cells
       real(wp) :: lag = 0.0_wp !< last change of the deflections below the cells, relative to the largest
       logical :: is_frictional = .false.             !< some tool or pair has friction
       logical :: meets_first = .false. !< bodies without contact are assumed to be in contact where they
@@ -218,21 +221,31 @@ contains
       end do
    end subroutine move
 
-   !> Gaps and slips with the deflections below the cells by the points' forces.
-   pure subroutine deflect(self)
+   !> Collective: gaps and slips with the deflections below the cells by the points' forces, mixed with those
+   !> of the last iterations.
+   subroutine deflect(self, communicator, begins)
       class(static_contact_t), intent(inout) :: self
-      real(wp) :: change(3)
+      type(communicator_t), intent(in) :: communicator
+      logical, intent(in) :: begins !< no earlier iteration has solved for them
+      real(wp), dimension(3, self%count) :: beside, change
       integer :: n
       self%lag = 0.0_wp
       do n = 1, self%count
          associate (it => self%list(n))
-            change = it%deflection - it%beside &
-                     - it%subcell_compliance*(it%force*it%normal + it%friction_force)
-            it%beside = it%beside + change
-            self%lag = max(self%lag, norm2(change))
+            beside(:, n) = it%beside
+            change(:, n) = it%deflection - it%beside &
+                           - it%subcell_compliance*(it%force*it%normal + it%friction_force)
+            self%lag = max(self%lag, norm2(change(:, n)))
+         end associate
+      end do
+      if (begins) call self%mixing%begin(size(change))
+      call self%mixing%mix(communicator, size(change), beside, change)
+      do n = 1, self%count
+         associate (it => self%list(n))
+            it%beside = it%beside + change(:, n)
             if (it%barred) cycle
-            it%gap = it%gap + dot_product(it%normal, change)
-            it%slip = it%slip + across(it%normal, change)
+            it%gap = it%gap + dot_product(it%normal, change(:, n))
+            it%slip = it%slip + across(it%normal, change(:, n))
          end associate
       end do
    end subroutine deflect

@@ -22,9 +22,10 @@ contains
 
    !> Collective among near ranks: deflection of the surface at each point by the forces of all, and the
    !> resulting gap and slip; and the own part of each, for the linear problem.
-   subroutine renew_deflections(contact, model)
+   subroutine renew_deflections(contact, model, begins)
       type(static_contact_t), intent(inout) :: contact
       type(model_t), intent(inout) :: model
+      logical, intent(in) :: begins !< no earlier iteration of the step has solved for the forces
       type(candidates_t) :: points
       type(contact_system_t) :: system
       type(tool_t) :: none(0)
@@ -68,7 +69,7 @@ contains
                it%deflection = it%deflection + matmul(point%tangent, deflection(last - 1:last))
          end associate
       end do
-      call contact%deflect()
+      call contact%deflect(model%communicator, begins)
       contact%lag = model%communicator%maximum(contact%lag) &
                     /max(deepest, hair*model%levels(size(model%levels))%grid%cell)
    end subroutine renew_deflections
