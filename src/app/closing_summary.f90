@@ -272,6 +272,7 @@ contains
          call facts%note('momentum_error_kg_m_s', to_text(norm2(change - impulse)))
       else
          text = text//'; held sides and effects account for the rest'
+         if (any(model%effect_step%erodes)) text = text//', with the momentum of what was eroded'
       end if
       call facts%say(text)
       call facts%note('momentum_change_kg_m_s', to_text(norm2(change)))

@@ -48,14 +48,15 @@ module m_surface
 contains
 
    !> The surface of the bodies of a scene.
-   type(surface_t) function make_surface(scene) result(surface)
+   type(surface_t) function make_surface(scene, erodes) result(surface)
       type(scene_t), intent(in) :: scene
+      logical, intent(in) :: erodes !< particles are removed, and those beside them get further elements
       character(len=:), allocatable :: variable
       real(wp) :: thickness, edge
       integer :: b
       surface%name = 'surface'
       surface%bodies = scene%bodies
-      surface%elements = few_elements
+      surface%elements = merge(max_elements, few_elements, erodes)
       do b = 1, size(scene%bodies)
          call scene%bodies(b)%shape%thinnest(thickness, variable)
          edge = scene%grid%cell_size/nint(real(scene%bodies(b)%particles_per_cell, wp)**(1.0_wp/3.0_wp))

@@ -48,10 +48,13 @@ contains
       model%null_space_share = model%share_of_unseen(time_step)
       model%last_step = time_step
       model%bounds = bounds_t()
+      call model%uncovered%clear()
       if (model%method%stress_update == update_usf) call stress_first(model, clock, error)
       call p2g_levels(model, 1, clock, error)
       call advance_level(model, 1, clock, error)
       if (error%happened()) return
+      if (model%contact%pairs%active() .and. any(model%effect_step%erodes)) &
+         call model%uncovered%give(model%communicator, model%levels)
       model%time = model%time + time_step
       model%step = model%step + 1
       call model%timers%on_level(0)

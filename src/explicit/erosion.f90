@@ -26,6 +26,7 @@ contains
          associate (lost => model%lost_in_merging(blocks_before(model%levels, l) + block%index))
             do i = 1, size(gone)
                lost = lost + energy_of(model, l, b, int(gone(i)))
+               if (model%contact%pairs%active()) call model%uncovered%add(level, b, int(gone(i)))
             end do
          end associate
          call drop(block, gone)

@@ -46,12 +46,14 @@ module m_history
       type(text_file_t) :: file
       integer :: columns = 0
       integer :: rows = 0
+      integer :: marked = 0 !< rows at the last mark
       integer(i8) :: head = 0 !< bytes before the first row
       integer(i8) :: count_at = 0 !< byte of the header at which the number of rows begins
       real(wp) :: flushed = 0.0_wp
    contains
       procedure :: open => open_history
       procedure :: append
+      procedure :: mark
       procedure :: take_back
       procedure :: flush => flush_rows
       procedure :: sync
@@ -93,6 +95,7 @@ contains
          end if
          self%flushed = wall_time()
       end if
+      call self%mark()
       call communicator%agree(error)
    end subroutine open_history
 
@@ -148,16 +151,21 @@ contains
       if (wall_time() - self%flushed > flush_every) call self%flush(error)
    end subroutine append
 
-   !> Remove the last rows. No action on other ranks; rank 0 may get an error.
-   subroutine take_back(self, rows, error)
+   !> Mark the present end, to which `take_back` returns.
+   elemental subroutine mark(self)
       class(history_t), intent(inout) :: self
-      integer, intent(in) :: rows
+      self%marked = self%rows
+   end subroutine mark
+
+   !> Remove the rows since the mark. No action on other ranks; rank 0 may get an error.
+   subroutine take_back(self, error)
+      class(history_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
       integer(i8) :: length, bytes
       integer :: row
-      if (.not. self%is_open .or. rows == 0) return
+      if (.not. self%is_open .or. self%rows == self%marked) return
       length = row_length(self)
-      self%rows = self%rows - rows
+      self%rows = self%marked
       bytes = self%head
       do row = 1, self%rows
          bytes = bytes + length + blanks_after(bytes + length, length)

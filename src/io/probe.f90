@@ -48,11 +48,12 @@ contains
    !> Collective: position (m), stress (Pa; xx yy zz yz xz xy), equivalent plastic strain and recovered stress
    !> (Pa) of the probed particle, and its motion as requested by the scene (motion_columns); strain is 0 when
    !> its law has no plastic flow, all are 0 when the particle no longer exists.
-   subroutine read_probe(model, probe, position, stress, plastic_strain, recovered, motion)
+   subroutine read_probe(model, probe, position, stress, plastic_strain, recovered, motion, exists)
       type(model_t), intent(in) :: model
       type(probe_t), intent(in) :: probe
       real(wp), intent(out) :: position(3), stress(6), plastic_strain, recovered(6)
       real(wp), allocatable, intent(out), optional :: motion(:)
+      logical, intent(out), optional :: exists !< false when the particle has been eroded
       real(wp) :: found(34)
       real(wp), allocatable :: moved(:)
       integer(i8) :: id
@@ -60,6 +61,7 @@ contains
       found = 0.0_wp
       where = 0
       id = heir(model, probe%id)
+      if (present(exists)) exists = id >= 0
       do l = 1, size(model%levels)
          do b = 1, size(model%levels(l)%blocks)
             associate (particles => model%levels(l)%blocks(b)%particles, at => model%levels(l)%layout)

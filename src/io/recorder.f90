@@ -48,7 +48,6 @@ module m_recorder
       type(format_slot_t), allocatable :: formats(:) !< of snapshots
       real(wp) :: end_time = 0.0_wp, snapshot_every = 0.0_wp, history_every = 0.0_wp
       real(wp) :: snapshots = 0.0_wp, rows = 0.0_wp !< multiples of each interval reached, with 0
-      integer :: rows_since_mark = 0
       integer(i8) :: last_snapshot = -1 !< step of the last snapshot
       real(wp) :: shown = 0.0_wp        !< wall time of the last flush of rows, s
       type(error_t) :: late             !< error of rank 0 at that flush: made common with the next row
@@ -233,11 +232,11 @@ contains
       type(error_t), intent(inout) :: error
       real(wp) :: area, position(3), stress(6), plastic_strain, recovered(6)
       real(wp), allocatable :: motion(:)
+      logical :: exists
       integer :: n
       self%rows = 1.0_wp + times_passed(self%history_every, model%time)
       if (.not. self%writes) return
       if (self%late%happened()) error = self%late
-      self%rows_since_mark = self%rows_since_mark + 1
       call self%histories(1)%append([model%time, balance%now%kinetic, balance%now%strain, &
                                      balance%now%plastic, &
                                balance%damped, balance%external_work, balance%error(), balance%now%momentum, &
@@ -255,8 +254,8 @@ contains
          end associate
       end do
       do n = 1, self%probes
-         call read_probe(model, self%probed(n), position, stress, plastic_strain, recovered, &
-                         motion)
+         call read_probe(model, self%probed(n), position, stress, plastic_strain, recovered, motion, exists)
+         if (.not. exists) cycle ! it has been eroded
          call self%histories(1 + self%tools + n)%append([model%time, position, stress, mises(stress), &
                                                          plastic_strain, recovered, mises(recovered), &
                                                          motion], error)
@@ -281,7 +280,7 @@ contains
    !> Mark the position to which `go_back` returns.
    subroutine mark(self)
       class(recorder_t), intent(inout) :: self
-      self%rows_since_mark = 0
+      if (self%writes) call self%histories%mark()
    end subroutine mark
 
    !> Collective: remove the rows since the mark. The model must be back at the mark, with no other output
@@ -294,9 +293,8 @@ contains
       call self%resume(model%time, self%snapshot_every)
       if (.not. self%writes) return
       do n = 1, size(self%histories)
-         call self%histories(n)%take_back(self%rows_since_mark, error)
+         call self%histories(n)%take_back(error)
       end do
-      self%rows_since_mark = 0
       call model%communicator%agree(error)
    end subroutine go_back
 

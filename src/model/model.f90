@@ -21,6 +21,7 @@ module m_model
    use m_effect, only: effect_slot_t
    use m_effect_step, only: effect_step_t
    use m_contact, only: contact_t
+   use m_uncovered, only: uncovered_t
    use m_embedded_model, only: embedded_model_t
    implicit none
    private
@@ -65,6 +66,7 @@ module m_model
       logical :: has_statics = .false. !< some steps have no inertia
       real(wp) :: static_step = 0.0_wp !< length of the next quasi-static step, s; 0: not known yet
       type(static_losses_t) :: static_losses
+      type(uncovered_t) :: uncovered !< faces beside the particles that the present step has eroded
       logical :: wants_sums = .false. !< histories need sums over all particles after the step
       integer(i8) :: particle_steps = 0               !< particle updates on this rank so far
       integer(i8) :: merges = 0                       !< particles that this rank has merged from eight others

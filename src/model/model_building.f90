@@ -2,6 +2,7 @@
 submodule (m_model) m_model_building
    use m_body, only: number_ids
    use m_domain_kinds, only: domain_kinds
+   use m_effect, only: hooks_t
    use m_field_table, only: layout_t
    use m_motion_fields, only: declare_motion
    use m_scene, only: update_usl, update_usf, update_musl
@@ -28,7 +29,7 @@ contains
       call make_levels(self, scene)
       call check_nests(self, scene, error)
       if (error%happened()) return
-      if (scene%fields() > 1) call add_effect(self%effects, make_surface(scene))
+      if (scene%fields() > 1) call add_effect(self%effects, make_surface(scene, some_erode(self%effects)))
       call self%timers%start(size(self%levels))
       if (size(self%levels) > 1) self%levels_row = self%timers%row_of('levels')
       do e = 1, size(self%effects)
@@ -52,6 +53,18 @@ contains
       end do
       call populate(self, scene, error, empty)
    end procedure build
+
+   !> True when some effect removes failed particles.
+   pure logical function some_erode(effects)
+      type(effect_slot_t), intent(in) :: effects(:)
+      type(hooks_t) :: hooks
+      integer :: e
+      some_erode = .false.
+      do e = 1, size(effects)
+         hooks = effects(e)%effect%hooks()
+         some_erode = some_erode .or. hooks%erodes
+      end do
+   end function some_erode
 
    !> Declare the fields that every scene has, and those of materials, effects and the numerical method.
    subroutine declare_fields(self, scene, error)
