@@ -188,7 +188,8 @@ contains
          select type (law => scene%materials(scene%bodies(b)%material)%law)
          class is (material_t)
             may_lock = may_lock .or. law%default_effect() == 'anti_locking' &
-                       .or. law%p_wave_modulus() > modulus_ratio*law%von_mises_modulus()*(1.0_wp + 1.0e-9_wp)
+                       .or. (law%von_mises_modulus() > 0.0_wp .and. law%p_wave_modulus() &
+                             > modulus_ratio*law%von_mises_modulus()*(1.0_wp + 1.0e-9_wp))
          end select
       end do
       do e = 1, size(scene%effects)

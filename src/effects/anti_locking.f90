@@ -10,6 +10,8 @@ module m_anti_locking
    use m_stencil, only: frame_t
    use m_effect, only: effect_t, hooks_t
    use m_section, only: section_t
+   use m_grid_level, only: grid_level_t
+   use m_scene_materials, only: materials_t
    implicit none
    private
    public :: anti_locking_t
@@ -19,11 +21,14 @@ module m_anti_locking
 
    type, extends(effect_t) :: anti_locking_t
       integer :: kind = kind_volumetric
+      logical, allocatable, private :: is_fluid(:) !< (bodies): without shear stress, which alone resists what
+                                                   !< keeps a cell's mean
    contains
       procedure :: take_section
       procedure :: variables
       procedure :: declined
       procedure :: declare
+      procedure :: prepare
       procedure :: hooks
       procedure :: on_cells
    end type anti_locking_t
@@ -56,8 +61,18 @@ contains
       hooks = hooks_t(on_cells=.true.)
    end function hooks
 
+   !> Find the bodies without shear stress.
+   subroutine prepare(self, grid, materials)
+      class(anti_locking_t), intent(inout) :: self
+      type(grid_level_t), intent(in) :: grid
+      type(materials_t), intent(in) :: materials
+      integer :: b
+      self%is_fluid = [(.not. materials%slots(materials%of_body(b))%law%von_mises_modulus() > 0.0_wp, &
+                        b=1, size(materials%of_body))]
+   end subroutine prepare
+
    !> Replace tr L by its mean over the cell, weighted by volume: one condition on the volume per cell instead
-   !> of one per particle.
+   !> of one per particle. Fluids keep theirs.
    pure subroutine on_cells(self, cells, particles, layout, frame, sums, gradient)
       class(anti_locking_t), intent(in) :: self
       type(cell_list_t), intent(in) :: cells
@@ -66,8 +81,18 @@ contains
       type(frame_t), intent(in) :: frame
       real(wp), intent(in), contiguous :: sums(:, 0:, 0:, 0:)
       real(wp), intent(inout), contiguous :: gradient(:, :)
+      integer, allocatable :: fluid(:)
+      real(wp), allocatable :: kept(:, :)
+      integer :: p
+      if (any(self%is_fluid)) then
+         fluid = pack([(p, p=1, particles%count)], self%is_fluid(particles%body(:particles%count)))
+         kept = gradient(fluid, :)
+      end if
       call take_means(particles%count, cells%bin, layout, frame, sums, particles%column, gradient, &
                       cells%standing)
+      if (.not. allocated(fluid)) return
+      gradient(fluid, :) = kept
+      particles%column(fluid, layout%pressure_shift) = 0.0_wp
    end subroutine on_cells
 
    !> The same in any section.

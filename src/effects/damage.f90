@@ -8,6 +8,7 @@ module m_damage
    use m_group_reader, only: group_reader_t
    use m_value_range, only: above, any_value, at_least
    use m_communicator, only: communicator_t
+   use m_kinematic, only: max_back
    use m_field_table, only: field_table_t, layout_t
    use m_grid_level, only: grid_level_t
    use m_particle_store, only: particle_store_t
@@ -38,6 +39,7 @@ module m_damage
       type(stuff_t), allocatable :: stuff(:)    !< of each body
       integer :: damage = 0, strain = 0, tension = 0, lost = 0, worked = 0 !< columns
       integer :: plastic = 0, work = 0, temperature = 0 !< columns of the laws; 0 if absent
+      integer :: back(max_back) = 0 !< first columns of back stresses; likewise
    contains
       procedure :: take_section
       procedure :: variables
@@ -82,6 +84,7 @@ contains
    subroutine declare(self, table)
       class(damage_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
+      integer :: k
       self%plastic = table%column('plastic_strain')
       self%temperature = table%column('temperature')
       self%work = table%column('plastic_work')
@@ -95,6 +98,9 @@ contains
       self%strain = table%column('damage_strain')
       self%tension = table%column('lost_tension')
       self%lost = table%column('failure_energy')
+      do k = 1, size(self%back)
+         self%back(k) = table%column('back_stress_'//to_text(k))
+      end do
    end subroutine declare
 
    !> Collect the laws' data on failure.
@@ -201,15 +207,16 @@ contains
       integer, intent(in) :: p
       type(layout_t), intent(in) :: layout
       real(wp) :: before
-      before = energy_of(stuff, column, p, layout)
+      before = energy_of(self, stuff, column, p, layout)
       call self%relieve(stuff, column, p, layout)
-      column(p, self%lost) = column(p, self%lost) + before - energy_of(stuff, column, p, layout)
+      column(p, self%lost) = column(p, self%lost) + before - energy_of(self, stuff, column, p, layout)
       if (self%plastic > 0) column(p, self%strain) = column(p, self%plastic)
       if (self%work > 0) column(p, self%worked) = column(p, self%work)
    end subroutine give_up
 
-   !> Remove the deviator and any tension. Where a law integrates the pressure from rates, removed tension is
-   !> remembered: it must be recovered before pressure returns, so that opened cracks must close first.
+   !> Remove the deviator, back stresses and any tension. Where a law integrates the pressure from rates,
+   !> removed tension is remembered: it must be recovered before pressure returns, so that opened cracks must
+   !> close first.
    pure subroutine relieve(self, stuff, column, p, layout)
       class(damage_t), intent(in) :: self
       type(stuff_t), intent(in) :: stuff
@@ -217,7 +224,7 @@ contains
       integer, intent(in) :: p
       type(layout_t), intent(in) :: layout
       real(wp) :: mean
-      integer :: s
+      integer :: k, s
       s = layout%stress
       mean = (column(p, s) + column(p, s + 1) + column(p, s + 2))/3.0_wp
       if (stuff%failure%by_volume) then
@@ -229,19 +236,25 @@ contains
       end if
       column(p, s:s + 2) = mean
       column(p, s + 3:s + 5) = 0.0_wp
+      if (allocated(stuff%failure%back)) then
+         do k = 1, size(stuff%failure%back)
+            column(p, self%back(k):self%back(k) + 5) = 0.0_wp
+         end do
+      end if
       ! the cell's mean must not be tensile either
       if (layout%pressure_shift > 0) &
          column(p, layout%pressure_shift) = max(column(p, layout%pressure_shift), mean)
    end subroutine relieve
 
-   !> Energy of the present stress by the law's moduli, J.
-   pure real(wp) function energy_of(stuff, column, p, layout) result(energy)
+   !> Energy of the present stress and back stresses by the law's moduli, J.
+   pure real(wp) function energy_of(self, stuff, column, p, layout) result(energy)
+      class(damage_t), intent(in) :: self
       type(stuff_t), intent(in) :: stuff
       real(wp), intent(in), contiguous :: column(:, :)
       integer, intent(in) :: p
       type(layout_t), intent(in) :: layout
       real(wp) :: mean
-      integer :: s
+      integer :: k, s
       s = layout%stress
       if (.not. stuff%failure%by_volume) then
          energy = stuff%elastic%strain_energy(column, layout, p, p)
@@ -253,6 +266,13 @@ contains
       else
          energy = 0.0_wp
       end if
+      if (.not. allocated(stuff%failure%back)) return
+      do k = 1, size(stuff%failure%back)
+         associate (back => column(p, self%back(k):self%back(k) + 5))
+            energy = energy + 0.75_wp*column(p, layout%volume)/stuff%failure%back(k) &
+                     *(sum(back(:3)**2) + 2.0_wp*sum(back(4:)**2))
+         end associate
+      end do
    end function energy_of
 
    !> Energy of the stresses lost so far, J.

@@ -7,6 +7,7 @@ module m_j2
    use m_field_table, only: field_table_t, layout_t
    use m_stress_slopes, only: elastic_slopes, return_slopes
    use m_kinematic, only: kinematic_t, trial_t, few
+   use m_material, only: failure_t
    use m_plastic, only: plastic_t, lane_t, lanes, declare_plastic, update_plastic, follow_shape, &
                         von_mises
    implicit none
@@ -31,6 +32,7 @@ module m_j2
       procedure :: stress_tangent
       procedure :: flow
       procedure :: strain_energy
+      procedure :: failure
       procedure, non_overridable :: isotropic_variables
       procedure, private :: segment
       procedure, private :: curve
@@ -188,6 +190,13 @@ contains
                                         *(0.5_wp*(strength(i) + new_strength(i))*d(i) + dissipated(i))
       end do
    end subroutine return_to_moved
+
+   !> As for any elastic law, with back stresses.
+   pure type(failure_t) function failure(self)
+      class(j2_t), intent(in) :: self
+      failure = self%elastic_t%failure()
+      if (self%kinematic%is_used()) failure%back = self%kinematic%modulus
+   end function failure
 
    !> The elastic energy, and that stored in back stresses.
    pure real(wp) function strain_energy(self, column, layout, first, last) result(energy)

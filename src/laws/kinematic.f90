@@ -11,7 +11,7 @@ module m_kinematic
    private
    public :: kinematic_t, trial_t, few
 
-   integer, parameter :: most = 8 !< back stresses
+   integer, parameter, public :: max_back = 8 !< back stresses of a law
    integer, parameter :: few = 64  !< maximum number of particles solved together
    integer, parameter :: whole = 8 !< the number is rounded up to a multiple of this, to fill vectors
 
@@ -38,12 +38,12 @@ module m_kinematic
    type :: trial_t
       integer :: n = 0                   !< entries in use; those beyond the particles copy the first one
       real(wp) :: x(few, 6)              !< Pa; without flow, then after the flow found
-      real(wp) :: back(few, 6, most)     !< alpha at the step's beginning, rotated
+      real(wp) :: back(few, 6, max_back)     !< alpha at the step's beginning, rotated
       real(wp) :: square(few)            !< x : x without flow, Pa2
-      real(wp) :: mixed(few, most)       !< x : alpha without flow
-      real(wp) :: backs(few, most, most) !< alpha : alpha
-      real(wp) :: left(few, most)        !< exp(-gamma d): the remaining share of alpha
-      real(wp) :: grown(few, most)       !< (1 - exp(-gamma d))/gamma
+      real(wp) :: mixed(few, max_back)       !< x : alpha without flow
+      real(wp) :: backs(few, max_back, max_back) !< alpha : alpha
+      real(wp) :: left(few, max_back)        !< exp(-gamma d): the remaining share of alpha
+      real(wp) :: grown(few, max_back)       !< (1 - exp(-gamma d))/gamma
       real(wp) :: size(few)              !< von Mises measure of x, Pa
       real(wp) :: drop(few)              !< reduction of `size` by growing back stresses, Pa
       real(wp) :: slope(few)             !< d (size - drop)/d d, Pa
@@ -62,8 +62,8 @@ contains
       call group%get_list('kinematic_recovery', self%recovery, at_least(0.0_wp, ''), used=given)
       if (.not. allocated(self%modulus)) return
       if (.not. allocated(self%recovery)) self%recovery = 0.0_wp*self%modulus
-      if (size(self%modulus) > most) &
-         call group%refuse('kinematic_modulus', 'must be at most '//to_text(most)//' numbers')
+      if (size(self%modulus) > max_back) &
+         call group%refuse('kinematic_modulus', 'must be at most '//to_text(max_back)//' numbers')
       if (size(self%recovery) /= size(self%modulus)) &
          call group%refuse('kinematic_recovery', 'must have as many numbers as kinematic_modulus')
    end subroutine variables

@@ -16,6 +16,7 @@ module m_material
       logical :: warms = .false.     !< it has a temperature
       real(wp) :: lame = 0.0_wp, shear = 0.0_wp !< moduli for the energy of a stress, Pa
       real(wp) :: room = 0.0_wp, melting = 1.0_wp !< K
+      real(wp), allocatable :: back(:) !< moduli of its back stresses, Pa; absent: it has none
    end type failure_t
 
    type, abstract, extends(offer_t) :: material_t

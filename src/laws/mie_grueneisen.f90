@@ -49,6 +49,7 @@ module m_mie_grueneisen
       procedure :: takes_heat
       procedure, private :: shear
       procedure, private :: apply_pressure
+      procedure, private :: warm
    end type mie_grueneisen_t
 
 contains
@@ -57,6 +58,7 @@ contains
    pure type(failure_t) function failure(self)
       class(mie_grueneisen_t), intent(in) :: self
       failure = failure_t(acts=.true., by_volume=.true., shear=self%von_mises_modulus()/3.0_wp)
+      if (self%strength == of_j2 .and. self%j2%kinematic%is_used()) failure%back = self%j2%kinematic%modulus
       if (.not. self%takes_heat()) return
       failure%warms = .true.
       failure%room = self%johnson_cook%room_temperature
@@ -84,10 +86,12 @@ contains
       for_large_strains = .true.
    end function for_large_strains
 
+   !> None without strength: the motions that anti-locking leaves to the shear stress then meet no resistance.
    pure function default_effect(self) result(name)
       class(mie_grueneisen_t), intent(in) :: self
       character(len=:), allocatable :: name
-      name = 'anti_locking'
+      name = ''
+      if (self%strength /= of_none) name = 'anti_locking'
    end function default_effect
 
    !> The fields of strength, the internal energy and the heat of shocks.
@@ -160,8 +164,8 @@ contains
       integer, intent(in) :: first, last
       real(wp), intent(in) :: before(:)  !< pressure of the step's beginning, Pa
       real(wp), intent(in) :: plastic(:) !< plastic work of the step, J
-      real(wp) :: viscous(last - first + 1), failed(last - first + 1), volume, change, pressure, mean, &
-         gain, bears_shear
+      real(wp), dimension(last - first + 1) :: viscous, failed, change
+      real(wp) :: volume, pressure, mean, gain, bears_shear
       integer :: i, p, s
       s = layout%stress
       gain = self%grueneisen*self%density
@@ -183,30 +187,51 @@ contains
             end do
             column(first:last, self%heat) = column(first:last, self%heat) + viscous
          end if
-         !$omp simd private(i, volume, change, pressure, mean)
+         !$omp simd private(i, volume, pressure, mean)
          do p = first, last
             i = p - first + 1
             volume = column(p, layout%volume)*stretched(time_step, gradient(p, 1), gradient(p, 2), &
                                                         gradient(p, 3), gradient(p, 4), gradient(p, 5), &
                                                         gradient(p, 6), gradient(p, 7), gradient(p, 8), &
                                                         gradient(p, 9))
-            change = (volume - column(p, layout%volume))/column(p, layout%mass)
+            change(i) = (volume - column(p, layout%volume))/column(p, layout%mass)
             ! failed material has no plastic work
             column(p, e) = column(p, e) + (viscous(i) + (1.0_wp - failed(i))*plastic(i)) &
-                           /column(p, layout%mass) - 0.5_wp*before(i)*change
+                           /column(p, layout%mass) - 0.5_wp*before(i)*change(i)
             pressure = (cold(self%density*self%sound_speed**2, self%grueneisen, self%hugoniot_slope, &
                              1.0_wp - volume*self%density/column(p, layout%mass)) + gain*column(p, e)) &
-                       /(1.0_wp + 0.5_wp*gain*change)
+                       /(1.0_wp + 0.5_wp*gain*change(i))
             ! failed material has no tension: it expands without work
             pressure = merge(max(pressure, 0.0_wp), pressure, failed(i) > 0.0_wp)
-            column(p, e) = column(p, e) - 0.5_wp*pressure*change
+            column(p, e) = column(p, e) - 0.5_wp*pressure*change(i)
             mean = (column(p, s) + column(p, s + 1) + column(p, s + 2))/3.0_wp
             column(p, s) = bears_shear*(column(p, s) - mean) - pressure
             column(p, s + 1) = bears_shear*(column(p, s + 1) - mean) - pressure
             column(p, s + 2) = bears_shear*(column(p, s + 2) - mean) - pressure
+            change(i) = merge(0.0_wp, change(i), failed(i) > 0.0_wp .and. pressure <= 0.0_wp) ! of a void
          end do
       end associate
+      if (self%takes_heat()) call self%warm(column(:, self%johnson_cook%temperature), &
+                                            column(:, layout%mass), first, last, change, viscous)
    end subroutine apply_pressure
+
+   !> The temperature after a change of volume and the heat of the viscous pressure: T ds = c dT + Gamma0 rho0
+   !> c T dv (theory.md, eq. shock-temperature). That of plastic work has been added.
+   pure subroutine warm(self, temperature, mass, first, last, change, heat)
+      class(mie_grueneisen_t), intent(in) :: self
+      real(wp), intent(inout) :: temperature(:) !< K
+      real(wp), intent(in) :: mass(:)           !< kg
+      integer, intent(in) :: first, last
+      real(wp), intent(in) :: change(:) !< of the volume per mass, m3/kg; from `first` on
+      real(wp), intent(in) :: heat(:)   !< J; likewise
+      real(wp) :: half
+      integer :: p
+      do p = first, last
+         half = 0.5_wp*self%grueneisen*self%density*change(p - first + 1)
+         temperature(p) = temperature(p)*(1.0_wp - half)/(1.0_wp + half) &
+                          + heat(p - first + 1)/(self%johnson_cook%specific_heat*mass(p))
+      end do
+   end subroutine warm
 
    !> det(I + dt L).
    pure elemental real(wp) function stretched(dt, l11, l21, l31, l12, l22, l32, l13, l23, l33)
@@ -302,7 +327,8 @@ contains
       modulus = 3.0_wp*self%shear()
    end function von_mises_modulus
 
-   !> Work of the pressure, without the heat of plastic work and shocks, and the energy of the deviator, J.
+   !> Work of the pressure, without the heat of plastic work and shocks, and the energy of the deviator and of
+   !> back stresses, J.
    pure real(wp) function strain_energy(self, column, layout, first, last) result(energy)
       class(mie_grueneisen_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -321,6 +347,8 @@ contains
                    + 2.0_wp*(column(p, s + 3)**2 + column(p, s + 4)**2 + column(p, s + 5)**2)
          energy = energy + column(p, layout%volume)*squares/(4.0_wp*self%shear())
       end do
+      if (self%strength == of_j2 .and. self%j2%kinematic%is_used()) &
+         energy = energy + self%j2%kinematic%stored(column, layout%volume, first, last)
    end function strain_energy
 
    pure real(wp) function plastic_energy(self, column, first, last)

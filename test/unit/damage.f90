@@ -26,6 +26,7 @@ program damage
    call strains_to_failure()
    call warm()
    call opening_and_closing()
+   call back_stresses()
    call test%finish()
 
 contains
@@ -176,5 +177,31 @@ contains
       call test%check_close(point%column(1, point%layout%stress), point%column(1, point%layout%stress + 1), &
                             1.0_wp, 'and no shear')
    end subroutine opening_and_closing
+
+   !> What back stresses store is lost with the stress.
+   subroutine back_stresses()
+      type(damage_t) :: effect
+      type(j2_t) :: law
+      type(material_point_t) :: point
+      character(len=:), allocatable :: complaint
+      real(wp) :: before, m(3, 3)
+      integer :: k
+      law = j2_t()
+      call read_law(law, 'young=124e9, poisson=0.34, yield_stress=200e6, kinematic_modulus=20e9', complaint)
+      effect = damage_t(constants=[0.02_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp])
+      call ready(effect, law, point)
+      m = 0.0_wp
+      m(1, 1) = 1.0e-4_wp
+      do k = 1, 400
+         call point%strain_by(law, m, 1.0_wp)
+         before = law%strain_energy(point%column, point%layout, 1, 1)
+         call act(effect, point, 1.0_wp)
+         if (point%field('damage') >= 1.0_wp) exit
+      end do
+      call test%check(k < 400 .and. before > 0.0_wp, 'it fails')
+      call test%check_close(law%strain_energy(point%column, point%layout, 1, 1)/before, 0.0_wp, 1.0e-12_wp, &
+                            'nothing is stored')
+      call test%check_close(effect%dissipated(point%column, 1, 1)/before, 1.0_wp, 1.0e-12_wp, 'all is lost')
+   end subroutine back_stresses
 
 end program damage

@@ -24,6 +24,7 @@ program equation_of_state
    call isentrope()
    call sound()
    call with_strength()
+   call temperature()
    call all_laws_do()
    call refusals()
    call test%finish()
@@ -154,11 +155,34 @@ contains
       call test%check_close((law%plastic_energy(point%column, 1, 1) &
                              + law%strain_energy(point%column, point%layout, 1, 1)) &
                             /point%work, 1.0_wp, 2.0e-3_wp, 'work is stored or dissipated')
+      call law_of(law, copper//", strength='j2'"//strength//', kinematic_modulus=20e9')
+      call point%ready(law, density)
+      call point%stretch_by(law, [-0.05_wp, 0.0_wp, 0.0_wp], 200, 1.0e-5_wp)
+      call test%check_close((law%plastic_energy(point%column, 1, 1) &
+                             + law%strain_energy(point%column, point%layout, 1, 1)) &
+                            /point%work, 1.0_wp, 2.0e-3_wp, 'also in back stresses')
       call law_of(law, copper//", strength='johnson_cook'"//cook)
       call point%ready(law, density)
       call point%stretch_by(law, [-0.05_wp, 0.0_wp, 0.0_wp], 200, 1.0e-5_wp)
       call test%check(point%field('temperature') > 294.0_wp, 'with Johnson and Cook''s it warms')
    end subroutine with_strength
+
+   !> Along the isentrope T = T0 exp(Gamma0 eta), there and back.
+   subroutine temperature()
+      type(mie_grueneisen_t) :: law
+      type(material_point_t) :: point
+      real(wp), parameter :: eta = 0.2_wp
+      call law_of(law, copper//", strength='johnson_cook', young=124e9, poisson=0.34, yield_stress=1, "// &
+                       'hardening_modulus=0, hardening_exponent=1, rate_coefficient=0, '// &
+                       'thermal_exponent=1, room_temperature=294, melting_temperature=1356, '// &
+                       'specific_heat=383')
+      call point%ready(law, density)
+      call point%stretch_by(law, log(1.0_wp - eta)/3.0_wp*[1.0_wp, 1.0_wp, 1.0_wp], 2000, 1.0_wp)
+      call test%check_close(point%field('temperature')/(294.0_wp*exp(gamma*eta)), 1.0_wp, 1.0e-6_wp, &
+                            'compression warms')
+      call point%stretch_by(law, -log(1.0_wp - eta)/3.0_wp*[1.0_wp, 1.0_wp, 1.0_wp], 2000, 1.0_wp)
+      call test%check_close(point%field('temperature')/294.0_wp, 1.0_wp, 1.0e-6_wp, 'and release cools')
+   end subroutine temperature
 
    subroutine all_laws_do()
       type(mie_grueneisen_t) :: law

@@ -113,6 +113,73 @@ def hits_a_wall(speed, strength=""):
     )
 
 
+def shock_temperature(speed, start, heat):
+    """Behind a shock (K), along the Hugoniot curve: T ds = (eta dp - p d eta)/(2 rho0), dT = Gamma0 T d eta
+    + T ds/c."""
+    eta = np.linspace(0, speed / hugoniot(speed)[0], 20001)
+    p = RHO * C0**2 * eta / (1 - S * eta) ** 2
+    middle, change = 0.5 * (eta[1:] + eta[:-1]), np.diff(eta)
+    gained = 0.5 * (middle * np.diff(p) - 0.5 * (p[1:] + p[:-1]) * change) / RHO
+    temperature = start
+    for turn, d_eta in zip(gained, change):
+        half = 0.5 * GAMMA * d_eta
+        temperature = temperature * (1 + half) / (1 - half) + turn / heat
+    return temperature
+
+
+def heats(speed):
+    """A plate with hardly any strength that hits a rigid wall: the temperature behind the shock. That of
+    plastic work alone stayed at room temperature."""
+    start, heat, length = 294.0, 383.0, 6e-3
+    there = length / hugoniot(speed)[0]
+    run(
+        f"&scene title='hot plate', end_time={0.8 * there!r} /\n"
+        + GRID % (9e-3, "symmetry")
+        + LAW
+        % (
+            ", strength='johnson_cook', young=124e9, poisson=0.34, yield_stress=1e3, hardening_modulus=0, "
+            f"hardening_exponent=1, rate_coefficient=0, thermal_exponent=1, room_temperature={start}, "
+            f"melting_temperature=1356, specific_heat={heat}"
+        )
+        + f"&body material='copper', shape='box', lower=0,0,0, upper={CELL},{CELL},{length}, "
+        f"velocity=0,0,{-speed}, particles_per_cell=1 /\n"
+        f"&output directory='hot_{speed:g}' /\n",
+        1,
+    )
+    last = snapshots(f"hot_{speed:g}")[-1]
+    z, p, _ = sorted_snapshot(last)
+    temperature = last.fields["temperature"].ravel()[np.argsort(last.fields["position"][:, 2])]
+    behind = (z > 1.2e-3) & (z < front(z, p, hugoniot(speed)[1] / 2) - 1e-3)
+    exact = shock_temperature(speed, start, heat)
+    off = temperature[behind].mean() / exact - 1
+    check(f"{speed:g} m/s: {exact:.1f} K behind the shock, off", off, 0.03)
+
+
+def fluid(effect):
+    """A cube without strength, pressed slowly to 0.8 of its height: the pressure of the isentrope everywhere.
+    With one rate of volume a cell its particles bore 40 to 71 GPa: no shear stress resists what they do
+    within a cell."""
+    name = f"fluid_{len(effect)}"
+    run(
+        "&scene title='fluid', end_time=100e-6 /\n"
+        "&grid lower=0,0,0, upper=4e-3,4e-3,6e-3, cell_size=1e-3, "
+        "boundary='symmetry','symmetry','symmetry','symmetry','symmetry','free' /\n"
+        + LAW % ""
+        + "&body material='copper', shape='box', lower=0,0,0, upper=4e-3,4e-3,4e-3, particles_per_cell=8 /\n"
+        "&tool name='lid', shape='flat', radius=20e-3, tip=0,0,4e-3, times=0, speeds=8 /\n"
+        + effect
+        + f"&output directory='{name}' /\n",
+        1,
+    )
+    stress = snapshots(name)[-1].fields["stress"]
+    eta, e, n = 0.2, 0.0, 20000
+    for k in range(n):  # de/d eta = p/rho0
+        middle = e + 0.5 * eta / n * (cold(k * eta / n) / RHO + GAMMA * e)
+        e += eta / n * (cold((k + 0.5) * eta / n) / RHO + GAMMA * middle)
+    exact = cold(eta) + GAMMA * RHO * e
+    check(f"{name}: {exact / 1e9:.2f} GPa everywhere, off", -stress[:, :3].mean(axis=1) / exact - 1, 5e-3)
+
+
 def spall():
     """A plate of 2 mm hits one of 4 mm: their releases meet 2 mm under the free face."""
     limit, flyer = 1.5e9, 100.0
@@ -175,5 +242,9 @@ def spall():
 hits_a_wall(500)
 hits_a_wall(1000)
 hits_a_wall(500, STRENGTH)
+heats(500)
+heats(1000)
+fluid("")
+fluid("&anti_locking /\n")
 spall()
 finish()
