@@ -64,8 +64,7 @@ class Snapshot(Particles):
     def __init__(self, path):
         import h5py
 
-        self.path = Path(path)
-        super().__init__(self.path)
+        super().__init__(path)
         with h5py.File(self.path, "r") as file:
             data = {"position": file["VTKHDF/Points"], **file["VTKHDF/PointData"]}
             unit = {name: table.attrs.get("unit", b"") for name, table in data.items()}
@@ -121,12 +120,17 @@ class Run:
 
     @property
     def names(self):
-        """Of the histories: energy, tool_<name>, probe_<name>, contact_<a>_<b>."""
-        return sorted(
-            path.stem
-            for path in self.directory.glob("*.dat")
-            if not path.stem.startswith(("particles_", "outline_"))
-        )
+        """Of the histories: energy, tool_<name>, probe_<name>, contact_<a>_<b>, atoms_<name>, and cost. Those
+        that the scene has: an earlier run may have left others in the directory."""
+        named = {
+            f"{group}_{one.get('name', [group])[0]}"
+            for group in ("tool", "probe", "atoms")
+            for one in self.scene[group]
+        }
+        labels = {body.get("contact_group", [""])[0] or "rest" for body in self.scene["body"]}
+        pairs = {f"contact_{a}_{b}" for a in labels for b in labels if a != b}
+        own = {"energy", "cost", *named, *pairs}
+        return sorted(path.stem for path in self.directory.glob("*.dat") if path.stem in own)
 
     @property
     def facts(self):
@@ -144,10 +148,13 @@ class Run:
 
     @property
     def snapshots(self):
+        """The particle files that the run's index particles.xdmf lists, in order. Raises Unreadable where the
+        index, or a file that it lists, is not there."""
         return snapshot_paths(self.directory)
 
     @property
     def times(self):
+        """Of the snapshots, s."""
         return [Particles(path).time for path in self.snapshots]
 
     def snapshot(self, number=-1):

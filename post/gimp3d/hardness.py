@@ -43,8 +43,8 @@ from . import imprint
 from . import indentation
 from . import oliver_pharr
 from .instrument_file import hld_text
-from .plots import Run, scaled, snapshots_of
-from .run_data import History, Particles, Unreadable, depth_of, senseless, why
+from .plots import Run, scaled
+from .run_data import History, Particles, Unreadable, depth_of, senseless, snapshot_paths, why
 from .scene_text import is_flat
 from . import systematic
 
@@ -527,7 +527,7 @@ def surfaces(run, record, row, main, true, answer):
     except imprint.NoSurface as error:
         answer["missing"].append(f"Profile and pile-up are missing: {error}.")
         return found
-    snapshots = snapshots_of(run)
+    snapshots = snapshot_paths(run.directory)
     times = [time_of(path) for path in snapshots]
     number = run.case["body"].index(body) + 1
     normals = imprint.symmetric_directions(run.case, record.tool)

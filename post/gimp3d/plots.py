@@ -282,18 +282,6 @@ def half_sizes(particles):
     return np.broadcast_to(size, (particles.ids.size, 3))
 
 
-def snapshots_of(run):
-    """The run's own snapshots, in order: those that its index names, if it has one; older runs may have left
-    others beside them."""
-    index = run.directory / "particles.xdmf"
-    if not index.exists():
-        return snapshot_paths(run.directory)
-    return [
-        run.directory / name
-        for name in dict.fromkeys(re.findall(r"particles_\d+\.(?:hdf|h5)", index.read_text()))
-    ]
-
-
 class Section:
     """The layer of particles on the section plane, what is drawn of it (`panels`: label and values of the
     layer) and from how near (`views`: limits; the whole, and a close-up of the contact where that is much
@@ -393,7 +381,7 @@ class Section:
 
 def last_particles(run, options):
     """The snapshot that is drawn; None where there is none, or nothing in it."""
-    snapshots = snapshots_of(run)
+    snapshots = snapshot_paths(run.directory)
     if options.snapshot is None and not snapshots:
         return None
     particles = Particles(options.snapshot or at_largest_load(run, snapshots))

@@ -123,13 +123,29 @@ def carried(history, axis, time, places):
     return point + arm + 2 * np.cross(v, np.cross(v, arm) + w * arm)
 
 
+def particle_files(directory):
+    """All particle files in a directory, also those of earlier runs: `particles_<step>.hdf`, of older versions
+    `.h5`."""
+    return [path for ending in ("h5", "hdf") for path in sorted(directory.glob(f"particles_*.{ending}"))]
+
+
 def snapshot_paths(directory):
-    """The particle files of a run by their steps: `particles_<step>.hdf`, of older versions `.h5`."""
-    found = {}
-    for ending in ("h5", "hdf"):
-        for path in directory.glob(f"particles_*.{ending}"):
-            found[int(path.stem.split("_")[1])] = path
-    return [path for _, path in sorted(found.items())]
+    """The HDF5 snapshots of a run in order: the files that its index particles.xdmf lists. Earlier runs may
+    have left others beside them. Empty where the run wrote none. Raises Unreadable where there are particle
+    files without an index, and where a listed file is not there."""
+    index = directory / "particles.xdmf"
+    if not index.is_file():
+        if particle_files(directory):
+            raise Unreadable(
+                f"{directory}: there is no particles.xdmf, the run's list of its snapshots: without it, "
+                "particles_*.hdf may be those of an earlier run"
+            )
+        return []
+    names = dict.fromkeys(re.findall(r"particles_\d+\.(?:hdf|h5)", text_in(index)))
+    lost = [name for name in names if not (directory / name).is_file()]
+    if lost:
+        raise Unreadable(f"{index}: lists {lost[0]}, which is not there")
+    return [directory / name for name in names]
 
 
 def time_of_snapshot(path):
@@ -168,8 +184,7 @@ class Particles:
     def __init__(self, path):
         import h5py
 
-        path = Path(path)
-
+        self.path = path = Path(path)
         try:
             with h5py.File(path, "r") as file:
                 group = file["VTKHDF"]

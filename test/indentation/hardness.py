@@ -188,6 +188,7 @@ def fabricate(
     )
     if snapshots:
         at = peak if snapshot_at is None else snapshot_at
+        index = directory / "particles.xdmf"
         for step, (i, unloaded) in enumerate(((0, False), (at, False), (depth.size - 1, True))):
             if i < peak or not unloaded or force[-1] <= 0:
                 particle_file(
@@ -199,6 +200,8 @@ def fabricate(
                     fine,
                     rise,
                 )
+                with index.open("a") as file:
+                    file.write(f"<DataItem>particles_{step:08d}.hdf:/VTKHDF/Points</DataItem>\n")
     return directory
 
 

@@ -19,15 +19,28 @@ again = Scene(scene.write("changed.nml"))
 require(
     "what is written is read again", again["body"][0]["particles_per_cell"] == [1] and "&probe" in again.text
 )
+earlier = scene.copy()
+for group, name in (("tool", "before"), ("probe", "gone")):
+    earlier.set(group, "name", name)
+earlier.set("grid", "cell_size", 0.5e-6)
+earlier.remove("level")
+earlier.set("output", "every", 3e-10)
+before = run(earlier, progress=False)
+of_before = before.snapshots
+require("an earlier run in the same directory", len(of_before) == 5 and "tool_before" in before.names)
 result = run(scene, progress=False)
 require("it ran to its end", isinstance(result, Run) and result.finished)
-require("histories", {"energy", "tool_cone", "probe_under"} <= set(result.names))
+require("histories", set(result.names) == {"cost", "energy", "tool_cone", "probe_under"}, result.names)
 tool = result.tool()
 require("a tool's history", tool.units["depth"] == "m" and tool["depth"][-1] > 0)
 require("History takes a string", np.array_equal(History("read/tool_cone.dat")["time"], tool["time"]))
 depth, load = result.load_depth()
 require("load of the full body", np.allclose(load, 4 * tool["load_z"]) and len(depth) == tool.rows)
-require("three snapshots", len(result.times) == 3 and result.times[0] == 0)
+left = set(of_before) - set(result.snapshots)
+require("the earlier run has left snapshots", len(left) >= 3 and all(path.is_file() for path in left), left)
+require("three snapshots, none of the earlier run", len(result.times) == 3 and result.times[0] == 0)
+require("their times grow", result.times == sorted(result.times), result.times)
+require("a snapshot of this run", len(result.snapshot(1)) == len(result.snapshot(0)))
 last = result.snapshot(-1)
 require("a snapshot", last.units["stress"] == "Pa" and last["stress"].shape == (len(last), 6))
 require("what a scene says of itself", result.scene["tool"][0]["shape"] == ["cone"])
@@ -49,4 +62,22 @@ try:
     require("no run", False)
 except gimp3d.Unreadable as error:
     require("no run", "nowhere" in str(error))
+
+def refuses(what, words, do, *kinds):
+    """Whether do() ends with one of the errors `kinds`, whose sentence has the words."""
+    try:
+        found = do()
+    except kinds or (gimp3d.Unreadable, RunFailed) as error:
+        require(f"{what}: {error}", words in str(error))
+    else:
+        require(what, False, found)
+
+
+index = Path("read/particles.xdmf")
+listed = index.read_text()
+index.write_text(listed.replace("particles_00000000.hdf", "particles_00000009.hdf"))
+refuses("a listed snapshot that is not there", "lists particles_00000009.hdf", lambda: result.times)
+index.unlink()
+refuses("snapshots without their index", "there is no particles.xdmf", lambda: result.snapshot())
+index.write_text(listed)
 finish()
