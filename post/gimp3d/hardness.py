@@ -122,8 +122,9 @@ class Record:
         history = run.tool_history(tool)
         if history is None or history.rows == 0:
             raise Missing(f"{run.directory}: there is no history of the tool: tool_{self.name}.dat")
+        self.history = history
         self.share = indentation.share_of_body(history)
-        self.body, gap = indentation.indented_body(run.case, tool)
+        self.body, gap = indentation.indented_body(run.case, tool, history)
         self.time, self.depth = history["time"], history["depth"] - gap
         axis = indentation.unit_axis(tool)
         self.load = -sum(history[f"load_{x}"] * along for x, along in zip("xyz", axis)) / self.share
@@ -523,7 +524,7 @@ def surfaces(run, record, row, main, true, answer):
     what is missing is said in the answer."""
     found = {}
     try:
-        frame, body = imprint.frame_of(run.case, record.tool)
+        frame, body = imprint.frame_of(run.case, record.tool, record.history)
     except imprint.NoSurface as error:
         answer["missing"].append(f"Profile and pile-up are missing: {error}.")
         return found

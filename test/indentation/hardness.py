@@ -337,6 +337,17 @@ for name, low, high in (
         f"another body, {name}: the tool is pressed into the one below its tip",
         near(answer["max_depth"], deepest, 1e-9) and near(answer["young_scene"], young, 1e-9),
     )
+pit = fabricate("pit", gap=300e-9)
+hollow = f"&cut body='body1', shape='box', lower=0,0,{top}, upper=1e-6,1e-6,{top} /\n"
+case = (pit / "case.nml").read_text().replace("&body material", "&body name='body1', material") + hollow
+(pit / "case.nml").write_text(case)
+status, text, _ = run("pit")
+require("a cut, by an older version: refused", status == 2 and "run the scene again" in text, text)
+history = (pit / "tool_cone.dat").read_text()
+said = history.replace("AUXDATA", 'AUXDATA indented_body="1"\nAUXDATA surface_gap="3e-7"\nAUXDATA', 1)
+(pit / "tool_cone.dat").write_text(said)
+_, _, answer = run("pit")
+require("a cut: the depth from the surface that the run found", near(answer["max_depth"], deepest, 1e-9))
 for wrong in (("--window", "98,20"), ("--beta", "0"), ("--epsilon", "x"), ("--area", "other")):
     require(f"{' '.join(wrong)} is refused", run("quarter", *wrong)[0] == 2)
 for shape, name in (
