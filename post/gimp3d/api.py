@@ -8,7 +8,7 @@ from importlib import import_module
 from pathlib import Path
 
 from . import scene_text
-from .run_data import History, Particles, Unreadable, read_namelists, snapshot_paths
+from .run_data import History, Particles, Unreadable, read_namelists, snapshot_paths, text_in
 from .run_log import log_of, numbers_of
 
 
@@ -23,16 +23,20 @@ class RunFailed(Exception):
 class Scene(scene_text.Scene):
     """A scene: its text, which is read, changed and written.
 
-    Scene("input/hertz.nml") reads a file, Scene(text) takes a text that has a `&`. `set`, `add`, `remove`
-    change groups in place, with comments and order kept; groups are counted from 0 among those of a name."""
+    Scene("input/hertz.nml") reads a file, and so does Scene(Path); Scene(text) takes a text, which begins with
+    & or a comment or has several lines. `set`, `add`, `remove` change groups in place, with comments and order
+    kept; groups are counted from 0 among those of a name. Raises Unreadable where there is no such file, and
+    where the text is no scene."""
 
     def __init__(self, source):
-        text = str(source)
-        super().__init__(text if "&" in text else Path(source).read_text())
+        is_text = isinstance(source, str) and (
+            "\n" in source or source.lstrip("\ufeff \t").startswith(("&", "!"))
+        )
+        super().__init__(source if is_text else text_in(source))
 
     def __getitem__(self, group):
         """The groups of a name, each a dictionary of its variables; every variable is a list of values."""
-        return read_namelists(self.text).get(group, [])
+        return read_namelists(self.text).get(group.lower(), [])
 
     def namelist(self):
         """The scene as f90nml has it, a dictionary of dictionaries (needs f90nml)."""
@@ -44,14 +48,15 @@ class Scene(scene_text.Scene):
         return Scene(self.text)
 
     def write(self, path):
-        Path(path).write_text(self.text)
+        """Write the text into a file (UTF-8); its path."""
+        Path(path).write_text(self.text, encoding="utf-8")
         return Path(path)
 
     @property
     def directory(self):
         """Where a run of the scene writes; none if it writes nothing."""
-        output = self["output"]
-        return Path(output[0]["directory"][0]) if output else None
+        places = [output["directory"][0] for output in self["output"] if "directory" in output]
+        return Path(places[0]) if places else None
 
     def __str__(self):
         return self.text
@@ -64,8 +69,7 @@ class Snapshot(Particles):
     def __init__(self, path):
         import h5py
 
-        self.path = Path(path)
-        super().__init__(self.path)
+        super().__init__(path)
         with h5py.File(self.path, "r") as file:
             data = {"position": file["VTKHDF/Points"], **file["VTKHDF/PointData"]}
             unit = {name: table.attrs.get("unit", b"") for name, table in data.items()}
@@ -75,17 +79,13 @@ class Snapshot(Particles):
         return len(self.ids)
 
     def frame(self):
-        """A pandas data frame, a column a component (needs pandas)."""
+        """A pandas data frame, a column a component, with the file's names of them (needs pandas)."""
         import pandas
 
         columns = {"id": self.ids}
         for name, data in self.fields.items():
-            if data.ndim == 1 or data.shape[1] == 1:
-                columns[name] = data.reshape(-1)
-                continue
-            parts = {3: "x y z", 6: "xx yy zz yz xz xy"}.get(data.shape[1], "").split()
-            parts = parts or [str(n + 1) for n in range(data.shape[1])]
-            columns.update({f"{name}_{part}": data[:, n] for n, part in enumerate(parts)})
+            named = self.columns[name]
+            columns.update(zip(named, data.reshape(len(self), len(named)).T))
         return pandas.DataFrame(columns)
 
     def mesh(self):
@@ -121,12 +121,17 @@ class Run:
 
     @property
     def names(self):
-        """Of the histories: energy, tool_<name>, probe_<name>, contact_<a>_<b>."""
-        return sorted(
-            path.stem
-            for path in self.directory.glob("*.dat")
-            if not path.stem.startswith(("particles_", "outline_"))
-        )
+        """Of the histories: energy, tool_<name>, probe_<name>, contact_<a>_<b>, atoms_<name>, and cost. Those
+        that the scene has: an earlier run may have left others in the directory."""
+        named = {
+            f"{group}_{one.get('name', [group])[0]}"
+            for group in ("tool", "probe", "atoms")
+            for one in self.scene[group]
+        }
+        labels = {body.get("contact_group", [""])[0] or "rest" for body in self.scene["body"]}
+        pairs = {f"contact_{a}_{b}" for a in labels for b in labels if a != b}
+        own = {"energy", "cost", *named, *pairs}
+        return sorted(path.stem for path in self.directory.glob("*.dat") if path.stem in own)
 
     @property
     def facts(self):
@@ -139,15 +144,29 @@ class Run:
         return History(self.directory / f"{name}.dat")
 
     def tool(self, name=None):
-        """The history of a tool, by default of the first one."""
-        return self.history(f"tool_{name or self.scene['tool'][0]['name'][0]}")
+        """The history of a tool, by default of the first one. Raises Unreadable where there is none."""
+        return self.history(f"tool_{self.name_of_tool(name)}")
+
+    def name_of_tool(self, name=None):
+        """The name of a tool of the scene, by default of the first one. Raises Unreadable."""
+        names = [tool["name"][0] for tool in self.scene["tool"]]
+        if name is None and names:
+            return names[0]
+        if name not in names:
+            there = f"its tools are {', '.join(names)}" if names else "it has none"
+            asked = "there is no tool" if name is None else f"there is no tool {name!r}"
+            raise Unreadable(f"{self.directory}: {asked}; {there}")
+        return name
 
     @property
     def snapshots(self):
+        """The particle files that the run's index particles.xdmf lists, in order. Raises Unreadable where the
+        index, or a file that it lists, is not there."""
         return snapshot_paths(self.directory)
 
     @property
     def times(self):
+        """Of the snapshots, s."""
         return [Particles(path).time for path in self.snapshots]
 
     def snapshot(self, number=-1):
@@ -158,12 +177,14 @@ class Run:
         return Snapshot(paths[number])
 
     def load_depth(self, tool=None):
-        """Depth from the first touch (m) and load (N) of the full body, as arrays."""
+        """Depth from the first touch (m) and load (N) of the full body, as arrays, of a tool by its name, by
+        default of the first one. Raises Unreadable where there is none."""
         from . import plots
 
+        name = self.name_of_tool(tool)
         run = plots.Run(self.directory)
-        chosen = next(t for t in run.tools if tool in (None, t["name"][0]))
-        return plots.load_curve(run, chosen, run.tool_history(chosen))[:2]
+        chosen = next(one for one in run.tools if one["name"][0] == name)
+        return plots.load_curve(run, chosen, self.tool(name))[:2]
 
     def hardness(self, **options):
         """What make hardness finds, a dictionary in SI units: hardness_oliver_pharr, hardness_true,

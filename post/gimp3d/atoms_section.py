@@ -54,9 +54,8 @@ def atoms_beside(run, particles, across, up, normal, plane):
     """What the run wrote of its atoms with the snapshot `particles`; None where it has none in the plane."""
     for group in run.case.get("atoms", []):
         name = group.get("name", ["atoms"])[0]
-        for path in sorted(run.directory.glob(f"atoms_{name}_*.hdf")):
-            if abs(time_of_snapshot(path) - particles.time) > 1e-9 * particles.time:
-                continue
+        path = particles.path.with_name(particles.path.name.replace("particles", f"atoms_{name}", 1))
+        if path.is_file() and abs(time_of_snapshot(path) - particles.time) <= 1e-9 * particles.time:
             found = AtomsSection(Particles(path), across, up, normal, plane)
             return found if found.x.size else None
     return None

@@ -19,7 +19,7 @@ from .api import Run as WholeRun
 from .api import RunFailed
 from .plots import plt
 from .report_pictures import Surface
-from .run_data import Particles, Unreadable
+from .run_data import Particles, Unreadable, snapshot_paths
 from .scene_text import is_flat
 
 reach = 2.6  # of the picture, radii of the contact at its largest
@@ -192,7 +192,7 @@ def main():
                 f"{options.run}: the scene is given by its section, which has no surface to look at; "
                 "make paraview shows it, revolved where it is axisymmetric"
             )
-        snapshots = plots.snapshots_of(run)
+        snapshots = snapshot_paths(run.directory)
         history = run.tool_history(run.tools[0]) if run.tools else None
         if not snapshots or history is None:
             raise Unreadable(f"{options.run}: a close-up is of a run with a tool and snapshots")

@@ -27,9 +27,9 @@ from urllib.parse import quote
 from . import report
 from .report_page import badge, join, tag, whole
 from .report_worth import compare, look
-from .run_data import Unreadable, read_namelists
+from .run_data import Unreadable, groups_in, read_namelists, text_in
 from .run_log import log_of
-from .scene_text import Scene, group_start
+from .scene_text import Scene
 
 references = {
     "sphere": "sphere_hypo_h0.1.csv",
@@ -48,7 +48,7 @@ class Entry:
 
     def __init__(self, path):
         self.name, self.path = path.stem, path
-        self.text = path.read_text()
+        self.text = text_in(path)
         self.case = read_namelists(self.text)
         self.title = self.case["scene"][0].get("title", [self.name])[0]
         self.directory = Path(self.case["output"][0]["directory"][0]) if "output" in self.case else None
@@ -59,7 +59,7 @@ class Entry:
         """The comment before the first group."""
         lines = [
             line.lstrip("! ").rstrip()
-            for line in self.text[: group_start.search(self.text).start()].splitlines()
+            for line in self.text[: groups_in(self.text)[0].first].splitlines()
             if line.startswith("!")
         ]
         return " ".join(lines)

@@ -43,8 +43,8 @@ from . import imprint
 from . import indentation
 from . import oliver_pharr
 from .instrument_file import hld_text
-from .plots import Run, scaled, snapshots_of
-from .run_data import History, Particles, Unreadable, depth_of, senseless, why
+from .plots import Run, scaled
+from .run_data import History, Particles, Unreadable, depth_of, senseless, snapshot_paths, why
 from .scene_text import is_flat
 from . import systematic
 
@@ -122,8 +122,9 @@ class Record:
         history = run.tool_history(tool)
         if history is None or history.rows == 0:
             raise Missing(f"{run.directory}: there is no history of the tool: tool_{self.name}.dat")
+        self.history = history
         self.share = indentation.share_of_body(history)
-        self.body, gap = indentation.indented_body(run.case, tool)
+        self.body, gap = indentation.indented_body(run.case, tool, history)
         self.time, self.depth = history["time"], history["depth"] - gap
         axis = indentation.unit_axis(tool)
         self.load = -sum(history[f"load_{x}"] * along for x, along in zip("xyz", axis)) / self.share
@@ -523,11 +524,11 @@ def surfaces(run, record, row, main, true, answer):
     what is missing is said in the answer."""
     found = {}
     try:
-        frame, body = imprint.frame_of(run.case, record.tool)
+        frame, body = imprint.frame_of(run.case, record.tool, record.history)
     except imprint.NoSurface as error:
         answer["missing"].append(f"Profile and pile-up are missing: {error}.")
         return found
-    snapshots = snapshots_of(run)
+    snapshots = snapshot_paths(run.directory)
     times = [time_of(path) for path in snapshots]
     number = run.case["body"].index(body) + 1
     normals = imprint.symmetric_directions(run.case, record.tool)

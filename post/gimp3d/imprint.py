@@ -60,18 +60,29 @@ class Surface:
         return np.hypot(self.places[:, 0], self.places[:, 1])
 
 
-def frame_of(case, tool):
+def frame_of(case, tool, history):
     """The frame of a tool, and the body it is pressed into, whose surface must be flat across its axis: a box
-    along the grid, or a cylinder along the axis. A pyramid's `through` is the middle of its first face.
-    Raises NoSurface."""
+    along the grid, or a cylinder along the axis, also below a &cut that is a box. A pyramid's `through` is the
+    middle of its first face. Raises NoSurface."""
     axis = indentation.unit_axis(tool)
-    body, gap = indentation.indented_body(case, tool)
+    body, gap = indentation.indented_body(case, tool, history)
     along = int(np.argmax(np.abs(axis)))
     shape = body["shape"][0]
     flat = shape == "box" and abs(axis[along]) > 1 - 1e-9
     if shape == "cylinder":
         own = np.array(body.get("axis", [0.0, 0.0, 1.0]))
         flat = abs(np.dot(own, axis)) > (1 - 1e-9) * np.linalg.norm(own)
+    cuts = [cut for cut in case.get("cut", []) if cut["body"] == body.get("name")]
+    if flat and any(cut["shape"][0].lower() != "box" for cut in cuts):
+        raise NoSurface(
+            "whether the surface of a body with a &cut other than a box is flat across the tool's axis is not "
+            "known, so no height above it is given"
+        )
+    if shape not in indentation.known_shapes:
+        raise NoSurface(
+            f"whether the surface of a body with shape='{shape}' is flat across the tool's axis is not known, "
+            "so no height above it is given"
+        )
     if not flat:
         raise NoSurface(
             f"the surface of a {shape} is not flat across the tool's axis, so no height above it is given"

@@ -35,7 +35,7 @@ def entry_of(body, tip, axis):
     """Where the straight line from a tip along a unit axis enters a box, sphere or cylinder: its distance
     from the tip (m), below 0 where the tip is inside; None where it passes by, or where all of the body is
     behind the tip. A body that it only touches counts as met."""
-    shape, low, high = body["shape"][0], -math.inf, math.inf
+    shape, low, high = body["shape"][0].lower(), -math.inf, math.inf
     if shape == "box":
         size = np.subtract(body["upper"], body["lower"])
         spans = [(np.subtract(body["lower"], tip)[i], size[i], axis[i]) for i in range(3)]
@@ -73,7 +73,7 @@ def entry_of(body, tip, axis):
 
 def front_of(body, axis):
     """How far towards a tool a box, sphere or cylinder reaches: its least coordinate along the axis (m)."""
-    shape = body["shape"][0]
+    shape = body["shape"][0].lower()
     if shape == "box":
         corners = np.array([body["lower"], body["upper"]])
         return sum(min(corners[:, i] * axis[i]) for i in range(3))
@@ -85,26 +85,45 @@ def front_of(body, axis):
     return min(ends) - body["radius"][0] * math.sqrt(max(0.0, 1 - np.dot(own, axis) ** 2))
 
 
-def indented_body(case, tool):
+known_shapes = "box", "sphere", "cylinder"
+
+
+def indented_body(case, tool, history):
     """The body that a tool is pressed into, and the gap between its tip and that body's surface at the start
-    (m): the first that the tool's axis meets; where it meets none, the one that reaches furthest towards the
-    tool. Bodies of other shapes than a box, sphere and cylinder are left out."""
+    (m): the first that the tool's axis meets, as the head of the tool's history says. Of runs before this was
+    written, and where the axis meets no body (then the one that reaches furthest towards the tool): computed,
+    if all bodies are boxes, spheres and cylinders without a &cut. Raises Unreadable where it is not known."""
+    try:
+        number = int(history.notes.get("indented_body", -1))
+        if number > 0:
+            return case["body"][number - 1], float(history.notes["surface_gap"])
+    except (KeyError, IndexError, ValueError):
+        raise Unreadable("the head of the tool's history lacks indented_body or surface_gap") from None
+    shapes = {body["shape"][0].lower() for body in case["body"]}
+    if "cut" in case or not shapes <= set(known_shapes):
+        raise Unreadable(
+            "where the surface below the tool is, is not known: "
+            + (
+                "its axis meets no body, and bodies have a &cut or another shape than box, sphere, cylinder; "
+                "its travel is the column depth of its history"
+                if number == 0
+                else "bodies have a &cut or another shape than box, sphere, cylinder, and the history of the "
+                "tool is of a version that does not say it; run the scene again"
+            )
+        )
     axis, tip = unit_axis(tool), np.array(tool["tip"])
-    bodies = [b for b in case["body"] if b["shape"][0] in ("box", "sphere", "cylinder")]
-    if not bodies:
-        raise Unreadable("the scene has no body whose surface is known: a box, sphere or cylinder")
-    met = [(entry_of(body, tip, axis), n) for n, body in enumerate(bodies)]
+    met = [(entry_of(body, tip, axis), n) for n, body in enumerate(case["body"])]
     met = [one for one in met if one[0] is not None]
     if not met:
-        met = [(front_of(body, axis) - np.dot(tip, axis), n) for n, body in enumerate(bodies)]
+        met = [(front_of(body, axis) - np.dot(tip, axis), n) for n, body in enumerate(case["body"])]
     gap, n = min(met)
-    return bodies[n], gap
+    return case["body"][n], gap
 
 
-def half_space_theory(case, tool):
+def half_space_theory(case, tool, history):
     """Name and load(depth) (N, m) of the elastic half-space under this tool, frictionless; None for other
-    tools and laws, and for a punch that is as wide as the body."""
-    body, _ = indented_body(case, tool)
+    tools and laws, and for a punch that is as wide as the body, or whose body has no known width."""
+    body, _ = indented_body(case, tool, history)
     material = next(m for m in case["material"] if m["name"] == body["material"])
     if "young" not in material:
         return None  # not an isotropic law
@@ -122,6 +141,8 @@ def half_space_theory(case, tool):
         return "Sneddon (half-space)", lambda d: 2 / math.pi * modulus * slope * np.maximum(d, 0) ** 2
     if shape == "flat":
         radius = tool["radius"][0]
+        if body["shape"][0].lower() not in known_shapes:
+            return None
         width = (
             body["radius"][0] if "radius" in body else 0.5 * max(np.subtract(body["upper"], body["lower"]))
         )

@@ -11,12 +11,23 @@ from pathlib import Path
 from .api import Run, RunFailed, Scene
 
 
+def is_program(path):
+    return os.access(path, os.X_OK) and Path(path).is_file()
+
+
 def find_program(program=None):
-    """The program: as given, by the environment's GIMP3D, on the PATH, or built in this folder or in that of
-    the package's sources."""
+    """The path of the program: as given, by the environment's GIMP3D, on the PATH, or built in this folder or
+    in that of the package's sources. Raises RunFailed (127) where there is none, and where the one that is
+    given, or that GIMP3D names, is not there: no other one is run in its place."""
+    for given, what in ((program, "program="), (os.environ.get("GIMP3D"), "GIMP3D=")):
+        if given:
+            found = given if is_program(given) else shutil.which(given)
+            if not found:
+                raise RunFailed(127, f"{what}{given}: there is no such program")
+            return str(Path(found).resolve())
     built = (Path("gimp3d"), Path(__file__).resolve().parents[2] / "gimp3d")
-    for found in (program, os.environ.get("GIMP3D"), shutil.which("gimp3d"), *built):
-        if found and os.access(found, os.X_OK) and Path(found).is_file():
+    for found in (shutil.which("gimp3d"), *built):
+        if found and is_program(found):
             return str(Path(found).resolve())
     raise RunFailed(
         127, "there is no program gimp3d: build it with make, or say program= or the environment's GIMP3D"
@@ -25,15 +36,16 @@ def find_program(program=None):
 
 def run(scene, ranks=1, program=None, progress=True, directory=None, environment=None):
     """Run a scene to its end: the Run. `scene` is a Scene, a text or a file; `directory` is where it writes
-    instead of what its &output says; progress=True shows the last line of the run's console. RunFailed, with
-    the program's sentence, if it ends with a status that is not 0."""
+    instead of what its &output says; `program` is the path of the program (find_program); progress=True shows
+    the last line of the run's console. RunFailed, with the program's sentence, if it ends with a status that
+    is not 0, and where there is no such program."""
     scene = scene.copy() if isinstance(scene, Scene) else Scene(scene)
     if directory is not None:
         scene.ensure("output")
         scene.set("output", "directory", str(directory))
     where = scene.directory
     if where is None:
-        raise RunFailed(2, "the scene has no &output: there would be nothing to read")
+        raise RunFailed(2, "the scene has no &output with a directory: there would be nothing to read")
     command = [find_program(program)]
     surroundings = {**os.environ, **(environment or {})}
     if ranks > 1:

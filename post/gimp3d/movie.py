@@ -19,7 +19,7 @@ from matplotlib.animation import FFMpegWriter, PillowWriter
 
 from . import plots
 from .plots import plt
-from .run_data import Particles, Unreadable
+from .run_data import Particles, Unreadable, snapshot_paths
 
 dots = 120  # an inch
 
@@ -29,7 +29,7 @@ class Frames:
 
     def __init__(self, run, height):
         self.run = run
-        self.paths = plots.snapshots_of(run)
+        self.paths = snapshot_paths(run.directory)
         if len(self.paths) < 2:
             raise Unreadable(f"{run.directory}: there are {len(self.paths)} snapshots, and nothing moves")
         highest = Particles(plots.at_largest_load(run, self.paths))

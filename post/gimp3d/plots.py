@@ -135,6 +135,11 @@ def draw_load_depth(run, options):
         history = run.tool_history(tool)
         if history is None or history.rows == 0:
             continue
+        try:
+            load_curve(run, tool, history)
+        except Unreadable as error:
+            print(f"no load over depth: {error}", file=sys.stderr)
+            continue
         say_load(run, tool, history, options)
         name = "load_depth.png" if len(run.tools) == 1 else f"load_depth_{tool['name'][0]}.png"
         save(load_depth(run, tool, history, options), run.directory / name)
@@ -146,7 +151,7 @@ def load_curve(run, tool, history):
     """Depth from first touch (m) and load against the tool's way (N), both of the full body, and the modelled
     share of it."""
     share = indentation.share_of_body(history)
-    _, gap = indentation.indented_body(run.case, tool)
+    _, gap = indentation.indented_body(run.case, tool, history)
     depth = history["depth"] - gap
     load = (
         -sum(
@@ -157,12 +162,12 @@ def load_curve(run, tool, history):
     return depth, load, share
 
 
-def reference_curves(run, tool, depth, load, options):
+def reference_curves(run, tool, history, depth, load, options):
     """What the load is compared with: for each its label, depth (m), load (N), style, and how far the run is
     from it (`distance`)."""
     curves = []
     smooth = np.linspace(0, max(np.nanmax(depth), 0), 300)
-    theory = None if options.no_theory else indentation.half_space_theory(run.case, tool)
+    theory = None if options.no_theory else indentation.half_space_theory(run.case, tool, history)
     if theory:
         curves.append(
             (
@@ -199,7 +204,7 @@ def say_load(run, tool, history, options):
     depth, load, _ = load_curve(run, tool, history)
     if not (np.all(np.isfinite(depth)) and np.all(np.isfinite(load))):
         print(f"warning: tool_{tool['name'][0]}.dat holds values that are not finite", file=sys.stderr)
-    for label, *_, far in reference_curves(run, tool, depth, load, options):
+    for label, *_, far in reference_curves(run, tool, history, depth, load, options):
         if far:
             print(f"load against {label}, second half of the depth: mean {far[0]:+.2%}, largest {far[1]:.2%}")
 
@@ -211,7 +216,7 @@ def load_depth(run, tool, history, options):
     load_factor, load_unit = scaled("N", load)
     figure, axes = plt.subplots(figsize=(5.6, 4.0))
     axes.plot(depth / depth_factor, load / load_factor, color="C0", label=f"gimp3d{model_text(share)}")
-    for label, x, y, style, _ in reference_curves(run, tool, depth, load, options):
+    for label, x, y, style, _ in reference_curves(run, tool, history, depth, load, options):
         axes.plot(x / depth_factor, y / load_factor, label=label, **style)
     flat = run.case["grid"][0].get("geometry", ["3d"])[0].lower() == "plane_strain"
     label = f"load per metre of width [{load_unit}/m]" if flat else f"load, full body [{load_unit}]"
@@ -280,18 +285,6 @@ def half_sizes(particles):
         return np.abs(particles["domain"].reshape(-1, 3, 3)).sum(axis=1)
     size = particles["half_size"].reshape(particles.ids.size, -1)
     return np.broadcast_to(size, (particles.ids.size, 3))
-
-
-def snapshots_of(run):
-    """The run's own snapshots, in order: those that its index names, if it has one; older runs may have left
-    others beside them."""
-    index = run.directory / "particles.xdmf"
-    if not index.exists():
-        return snapshot_paths(run.directory)
-    return [
-        run.directory / name
-        for name in dict.fromkeys(re.findall(r"particles_\d+\.(?:hdf|h5)", index.read_text()))
-    ]
 
 
 class Section:
@@ -393,7 +386,7 @@ class Section:
 
 def last_particles(run, options):
     """The snapshot that is drawn; None where there is none, or nothing in it."""
-    snapshots = snapshots_of(run)
+    snapshots = snapshot_paths(run.directory)
     if options.snapshot is None and not snapshots:
         return None
     particles = Particles(options.snapshot or at_largest_load(run, snapshots))

@@ -30,7 +30,15 @@ from . import report_pictures
 from .report_hardness import hardness_sections
 from .report_page import Markup, badge, embedded, image, join, section, si, table, tag, whole
 from .report_worth import judge, look
-from .run_data import History, Particles, Unreadable, depth_of, read_namelists, snapshot_paths
+from .run_data import (
+    History,
+    Particles,
+    Unreadable,
+    depth_of,
+    particle_files,
+    read_namelists,
+    snapshot_paths,
+)
 from .run_log import RunLog
 
 root = Path(__file__).resolve().parents[2]
@@ -97,7 +105,7 @@ class Report:
     def find_particles(self):
         formats = self.run.case.get("output", [{}])[0].get("formats", ["hdf5"])
         try:
-            mine = plots.snapshots_of(self.run)
+            mine = snapshot_paths(self.directory)
             self.snapshot = self.options.snapshot or (plots.at_largest_load(self.run, mine) if mine else None)
             if self.snapshot is None:
                 tecplot = any(self.directory.glob("particles_*.dat"))
@@ -117,7 +125,7 @@ class Report:
                 self.particles = particles
             else:
                 self.missing.append(f"particles: {self.snapshot.name} holds none")
-            others = len(set(snapshot_paths(self.directory)) - set(mine))
+            others = len(set(particle_files(self.directory)) - set(mine))
             if others:
                 self.problems.append(
                     f"{others} particle files here are not in the run's index: they are of an earlier run, "
@@ -446,7 +454,7 @@ def pictures(report, profiles):
         "the surface from above", lambda: list(report_pictures.surface(report.run, report.particles))
     )
     report.drawn += cut + top
-    paths = report.attempt("the snapshots", lambda: plots.snapshots_of(report.run))
+    paths = report.attempt("the snapshots", lambda: snapshot_paths(report.directory))
     moving = []
     if len(paths) > 1 and cut:
         moving = report.attempt(

@@ -44,7 +44,7 @@ def tool(run, one, history, options):
     axis_text = "depth"
     try:
         depth, load, share = plots.load_curve(run, one, history)
-        references = plots.reference_curves(run, one, depth, load, options)
+        references = plots.reference_curves(run, one, history, depth, load, options)
     except Unreadable as error:
         share = indentation.share_of_body(history)
         depth, references = history["depth"], []

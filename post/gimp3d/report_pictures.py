@@ -184,7 +184,10 @@ class Surface:
         if not self.run.tools or abs(axis[self.up]) < 0.999:
             return None
         try:
-            _, gap = indentation.indented_body(self.run.case, self.run.tools[0])
+            history = self.run.tool_history(self.run.tools[0])
+            if history is None:
+                return None
+            _, gap = indentation.indented_body(self.run.case, self.run.tools[0], history)
         except Unreadable:
             return None
         return -(np.dot(self.run.tools[0]["tip"], axis) + gap)

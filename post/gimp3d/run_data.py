@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from .namelist_text import BadText, groups_of
+
 # of snapshots nothing changes any more; some file systems have no locks
 os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")
 
@@ -28,9 +30,9 @@ def why(error):
 
 
 def text_in(path):
-    """The text of a file. Raises Unreadable."""
+    """The text of a file, without a byte order mark. Raises Unreadable."""
     try:
-        return path.read_text()
+        return Path(path).read_text(encoding="utf-8-sig")
     except OSError as error:
         raise Unreadable(f"{path}: {error.strerror}")
     except UnicodeDecodeError as error:
@@ -123,13 +125,29 @@ def carried(history, axis, time, places):
     return point + arm + 2 * np.cross(v, np.cross(v, arm) + w * arm)
 
 
+def particle_files(directory):
+    """All particle files in a directory, also those of earlier runs: `particles_<step>.hdf`, of older versions
+    `.h5`."""
+    return [path for ending in ("h5", "hdf") for path in sorted(directory.glob(f"particles_*.{ending}"))]
+
+
 def snapshot_paths(directory):
-    """The particle files of a run by their steps: `particles_<step>.hdf`, of older versions `.h5`."""
-    found = {}
-    for ending in ("h5", "hdf"):
-        for path in directory.glob(f"particles_*.{ending}"):
-            found[int(path.stem.split("_")[1])] = path
-    return [path for _, path in sorted(found.items())]
+    """The HDF5 snapshots of a run in order: the files that its index particles.xdmf lists. Earlier runs may
+    have left others beside them. Empty where the run wrote none. Raises Unreadable where there are particle
+    files without an index, and where a listed file is not there."""
+    index = directory / "particles.xdmf"
+    if not index.is_file():
+        if particle_files(directory):
+            raise Unreadable(
+                f"{directory}: there is no particles.xdmf, the run's list of its snapshots: without it, "
+                "particles_*.hdf may be those of an earlier run"
+            )
+        return []
+    names = dict.fromkeys(re.findall(r"particles_\d+\.(?:hdf|h5)", text_in(index)))
+    lost = [name for name in names if not (directory / name).is_file()]
+    if lost:
+        raise Unreadable(f"{index}: lists {lost[0]}, which is not there")
+    return [directory / name for name in names]
 
 
 def time_of_snapshot(path):
@@ -160,21 +178,29 @@ def in_order(values, components):
     return values[:, [parts.index(part) for part in tensor]] if sorted(parts) == sorted(tensor) else values
 
 
+def columns_of(field, width, components):
+    """Names of the columns of a field, in the order of in_order, from those that its file gives them: of old
+    files without any x, y, z or xx ... or numbers."""
+    parts = [name.rsplit("_", 1)[-1] for name in components]
+    if len(parts) != width or sorted(parts) == sorted(tensor):
+        parts = {3: list("xyz"), 6: tensor}.get(width) or [str(n + 1) for n in range(width)]
+    return [f"{field}_{part}" for part in parts] if width > 1 else [field]
+
+
 class Particles:
-    """Ids, fields by name (with `position`; symmetric tensors as xx yy zz yz xz xy) and time of a particle
-    file, in the order of the file; the boxes of the levels (lower and upper corner, m) and their cell sizes
+    """Ids, fields by name (with `position`; symmetric tensors as xx yy zz yz xz xy), the names of their
+    `columns` and time of a particle file, in the order of the file; the boxes of the levels (lower and upper corner, m) and their cell sizes
     (m), coarsest first: none where there is only one level."""
 
     def __init__(self, path):
         import h5py
 
-        path = Path(path)
-
+        self.path = path = Path(path)
         try:
             with h5py.File(path, "r") as file:
                 group = file["VTKHDF"]
                 self.time = float(np.ravel(file.attrs["time"])[0])
-                self.fields = {"position": group["Points"][...]}
+                self.fields, named = {"position": group["Points"][...]}, {}
                 # of releases up to 0.2.0, each component a table of its own: name -> number of a component ->
                 # values
                 apart = {}
@@ -184,7 +210,8 @@ class Particles:
                             data[...]
                         )
                     else:
-                        self.fields[name] = in_order(data[...], text_of(data, "components").split())
+                        named[name] = text_of(data, "components").split()
+                        self.fields[name] = in_order(data[...], named[name])
                 for name, parts in apart.items():
                     self.fields[name] = np.stack([parts[number] for number in sorted(parts)], axis=1)
                 self.ids = self.fields.pop("id").reshape(-1)
@@ -199,6 +226,10 @@ class Particles:
         for name, data in self.fields.items():
             if data.shape[0] != self.ids.size:
                 raise Unreadable(f"{path}: {name} has {data.shape[0]} rows for {self.ids.size} particles")
+        self.columns = {
+            name: columns_of(name, math.prod(data.shape[1:]), named.get(name, []))
+            for name, data in self.fields.items()
+        }
 
     def __getitem__(self, name):
         return self.fields[name]
@@ -209,69 +240,24 @@ class Particles:
         return self.fields.get("stress_recovered", self.fields["stress"])
 
 
-# A quoted text, the name before a =, an end of group, or a plain value
-_word = re.compile(
-    r"""(?:(?P<times>\d+)\*)?(?P<text>'(?:[^']|'')*'|"(?:[^"]|"")*")"""
-    r"""|(?P<name>[a-z]\w*)\s*=|(?P<end>/|&end\b)|(?P<value>[^\s,'"/=]+)""",
-    re.I,
-)
-
-
-def _value(word):
-    word = word.strip()
-    if word.lower().strip(".") in ("t", "true"):
-        return True
-    if word.lower().strip(".") in ("f", "false"):
-        return False
+def groups_in(source):
+    """The groups of a scene (its path, or its text), in its order, with their places (namelist_text.Group).
+    Raises Unreadable."""
+    text, where = (source, "the scene") if isinstance(source, str) else (text_in(source), source)
     try:
-        number = float(re.sub("[dD]", "e", word))
-    except ValueError:
-        return word
-    return number
-
-
-def words_of_group(text, at, name, where="the scene"):
-    """The words (matches of a name with its =, a value, the end) of the group that began before `at`, its end
-    the last."""
-    blanks = re.compile(r"(?:[\s,]|![^\n]*)*")  # commas and comments too
-    while True:
-        word = _word.match(text, blanks.match(text, at).end())
-        if not word:
-            raise Unreadable(f"{where}: the group &{name} does not end")
-        at = word.end()
-        yield word
-        if word["end"]:
-            return
+        return groups_of(text)
+    except BadText as fault:
+        raise Unreadable(f"{where}: {fault}") from None
 
 
 def read_namelists(source):
-    """The groups of a namelist file (its path, or its text): name -> list of dictionaries, one for each time
-    the group stands there; every variable is a list of its values."""
-    text, where = (source, "the scene") if isinstance(source, str) else (text_in(source), source)
-    groups, at = {}, 0
-    while True:
-        start = re.compile(r"^[ \t]*&(\w+)", re.M).search(text, at)
-        if not start:
-            return groups
-        variables, current = {}, None
-        for word in words_of_group(text, start.end(), start[1], where):
-            at = word.end()
-            if word["name"]:
-                current = variables.setdefault(word["name"].lower(), [])
-            elif word["text"]:
-                if current is None:
-                    raise Unreadable(f"{where}: &{start[1]} has the value {word['text']} without a name")
-                quote = word["text"][0]
-                current.extend([word["text"][1:-1].replace(2 * quote, quote)] * int(word["times"] or 1))
-            elif word["value"]:
-                repeat = re.match(r"(\d+)\*(.+)", word["value"])
-                if current is None:
-                    raise Unreadable(f"{where}: &{start[1]} has the value {word['value']} without a name")
-                value = _value(repeat[2] if repeat else word["value"])
-                if isinstance(value, float) and not math.isfinite(value):
-                    raise Unreadable(f"{where}: &{start[1]} has the value {word['value']}, no finite number")
-                current.extend([value] * (int(repeat[1]) if repeat else 1))
-        groups.setdefault(start[1].lower(), []).append(variables)
+    """The groups of a scene (its path, or its text): name -> list of dictionaries, one for each time the group
+    stands there; every variable is a list of its values. Names are in lower case. Raises Unreadable."""
+    groups = {}
+    for group in groups_in(source):
+        values = {name: variable.values for name, variable in group.variables.items()}
+        groups.setdefault(group.name, []).append(values)
+    return groups
 
 
 def depth_of(case):

@@ -1,10 +1,10 @@
 """Scenes as text that is edited: values of namelist groups."""
 
-import re
+import math
+import numbers
+import os
 
-from .run_data import read_namelists, words_of_group
-
-group_start = re.compile(r"^[ \t]*&(\w+)", re.M)
+from .run_data import groups_in, read_namelists
 
 
 class BadSetting(Exception):
@@ -12,16 +12,26 @@ class BadSetting(Exception):
 
 
 def written(value):
-    """A value as a namelist has it; lists with commas. Arrays and numbers of NumPy too."""
+    """A value as a namelist has it: a number, a truth, a text, a path, or a list of them, which gets commas;
+    also of NumPy. Raises BadSetting where a scene cannot hold the value."""
     if hasattr(value, "tolist"):
         value = value.tolist()
-    if isinstance(value, (list, tuple)):
+    if isinstance(value, (list, tuple)) and value:
         return ",".join(written(part) for part in value)
     if isinstance(value, bool):
         return ".true." if value else ".false."
-    if isinstance(value, str):
+    if isinstance(value, os.PathLike):
+        value = os.fspath(value)
+    if isinstance(value, str) and not any(ord(sign) < 32 and sign != "\t" for sign in value):
         return "'" + value.replace("'", "''") + "'"
-    return repr(value)
+    if isinstance(value, numbers.Integral):
+        return repr(int(value))
+    if isinstance(value, numbers.Real) and math.isfinite(value):
+        return repr(float(value))
+    raise BadSetting(
+        f"the value {value!r} cannot stand in a scene; allowed: finite numbers, truths, texts of one line, "
+        "paths, and lists of them"
+    )
 
 
 def is_flat(grid):
@@ -49,31 +59,16 @@ class Scene:
         self.text = text
 
     def groups(self, name):
-        """For each group of this name: where it starts and ends, where its `/` stands, and the span of the
-        values of each variable."""
-        found, at = [], 0
-        while start := group_start.search(self.text, at):
-            spans, current, before = {}, None, start.end()
-            for word in words_of_group(self.text, start.end(), start[1]):
-                at = word.end()
-                if word["end"]:
-                    slash = before
-                elif word["name"]:
-                    current = word["name"].lower()
-                    spans[current] = (word.start(), word.end())
-                else:
-                    spans[current] = (spans[current][0], word.end())
-                before = word.end()
-            if start[1].lower() == name:
-                found.append((start.start(), at, slash, spans))
-        return found
+        """The groups of this name with their places in the text (namelist_text.Group). Raises Unreadable."""
+        return [group for group in groups_in(self.text) if group.name == name.lower()]
 
     def values(self):
         """As run_data.read_namelists; of a section with y."""
         return with_y(read_namelists(self.text))
 
     def set(self, group, variable, value, which=None):
-        """Give a variable a value (None: take it out) in all groups of a name, or in one."""
+        """Give a variable a value (None: take it out) in all groups of a name, or in one. Raises BadSetting
+        where there is no such group, and where a scene cannot hold the value."""
         groups = self.groups(group)
         if which is not None:
             groups = groups[which : which + 1]
@@ -81,16 +76,25 @@ class Scene:
             raise BadSetting(
                 f"the scene has no &{group}" + (f" number {which + 1}" if which is not None else "")
             )
-        for start, end, slash, spans in reversed(groups):
-            if variable in spans:
-                first, last = spans[variable]
-                new = "" if value is None else f"{variable}={written(value)}"
-                if value is None:
-                    last = re.compile(r"[ \t]*,?[ \t]*").match(self.text, last).end()
-                self.text = self.text[:first] + new + self.text[last:]
-            elif value is not None:
-                comma = ", " if spans else " "
-                self.text = self.text[:slash] + f"{comma}{variable}={written(value)}" + self.text[slash:]
+        new = "" if value is None else f"{variable}={written(value)}"
+        for one in reversed(groups):
+            old = one.variables.get(variable.lower())
+            if old:
+                self.replace(old, new)
+            elif new:
+                comma = "," if one.variables else ""
+                self.text = self.text[: one.add_at] + f"{comma} {new}" + self.text[one.add_at :]
+
+    def replace(self, old, new):
+        """Put a text in the place of a variable; an empty one takes the comma behind it out too."""
+        behind = self.text[old.last :]
+        if not new and old.comma >= 0:
+            comma = old.comma - old.last
+            behind = behind[:comma] + behind[comma + 1 :]
+            if not behind[:comma].strip(" \t"):
+                behind = behind.lstrip(" \t")
+        apart = " " if new and behind[:1] not in " \t\r\n,/!&" else ""
+        self.text = self.text[: old.first] + new + apart + behind
 
     def add(self, group, **variables):
         """A group more, at the end."""
@@ -99,8 +103,8 @@ class Scene:
 
     def remove(self, group, first=0):
         """Take out the groups of a name, from the first-th on."""
-        for start, end, _, _ in reversed(self.groups(group)[first:]):
-            self.text = self.text[:start] + self.text[end:].lstrip(" \t")
+        for one in reversed(self.groups(group)[first:]):
+            self.text = self.text[: one.first] + self.text[one.last :].lstrip(" \t")
 
     def ensure(self, group):
         if not self.groups(group):

@@ -46,7 +46,7 @@ def tool_of(case, quantity):
 def load(run, quantity):
     tool, name = tool_of(run.case, quantity)
     history = History(run.directory / f"tool_{name}.dat")
-    _, gap = indentation.indented_body(run.case, tool)
+    _, gap = indentation.indented_body(run.case, tool, history)
     share = indentation.share_of_body(history)
     along = indentation.unit_axis(tool)
     # up to the largest depth: the way back is another curve
@@ -138,8 +138,9 @@ def reference_of(quantity, runs, folder):
     if isinstance(wanted, (int, float)) and not isinstance(wanted, bool):
         return f"{wanted:.6g}", (np.zeros(1), np.full(1, float(wanted)))
     if wanted == "theory" and quantity.kind == "load":
-        tool, _ = tool_of(runs[0].case, quantity)
-        theory = indentation.half_space_theory(runs[0].case, tool)
+        tool, name = tool_of(runs[0].case, quantity)
+        history = History(runs[0].directory / f"tool_{name}.dat")
+        theory = indentation.half_space_theory(runs[0].case, tool, history)
         if theory is None:
             raise BadSetting(f"quantity {quantity.name}: there is no theory for this tool")
         return theory[0], theory[1]

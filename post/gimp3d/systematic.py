@@ -191,9 +191,10 @@ def cells_to_the_edge(area, cell):
 
 def base_share(case, body, material, stiffness, axis):
     """Relative increase of the stiffness of a block by a rigid base: q S / (E' t). 0 if the material has no
-    Young's modulus, the body is not a box or cylinder, or there are several bodies."""
+    Young's modulus, the body is not a box or cylinder or has a &cut, or there are several bodies."""
     along = int(np.argmax(np.abs(axis)))
-    if "young" not in material or body["shape"][0] not in ("box", "cylinder") or len(case["body"]) > 1:
+    simple = body["shape"][0] in ("box", "cylinder") and len(case["body"]) == 1 and "cut" not in case
+    if "young" not in material or not simple:
         return 0.0
     if body["shape"][0] == "box":
         thickness = body["upper"][along] - body["lower"][along]

@@ -10,15 +10,19 @@ module m_foreign_files
       character(len=32) :: begins = ''
       integer :: length = 0 !< of `begins`; includes zero bytes
       character(len=64) :: what = ''
-      character(len=192) :: allowed = ''
+      character(len=320) :: allowed = ''
    end type kind_t
 
    character(len=*), parameter :: gwyddion = 'saved by Gwyddion as .gwy or exported as text'
    character(len=*), parameter :: mesh = 'its surface as STL or OBJ, by meshio, trimesh, Gmsh or Blender'
-   character(len=*), parameter :: volume = 'its surface as STL: python -c "import pyvista; '// &
-      'pyvista.read(''FILE'').extract_surface().triangulate().save(''a.stl'')", or by Gmsh'
-   character(len=*), parameter :: deck = 'its surface as STL: meshio convert FILE a.vtu, then '// &
-      'python -c "import pyvista; pyvista.read(''a.vtu'').extract_surface().triangulate().save(''a.stl'')"'
+   ! the cells of the most dimensions alone: files store the triangles of the surface beside the tetrahedra
+   character(len=*), parameter :: skin = 'd = numpy.array([c.dimension for c in g.cell]); '// &
+      'g.extract_cells(d == d.max()).extract_surface().triangulate().save(''a.stl'')"'
+   character(len=*), parameter :: volume = 'its surface as STL: python -c "import numpy, pyvista; '// &
+      'g = pyvista.read(''FILE''); '//skin
+   character(len=*), parameter :: deck = 'its surface as STL: python -c "import meshio, numpy, pyvista; '// &
+      'm = meshio.read(''FILE''); m.cell_sets = {}; g = pyvista.from_meshio(m); '//skin
+   character(len=*), parameter :: gmsh = deck//'; of a model: gmsh -2 -format stl -o a.stl FILE'
    character(len=*), parameter :: maker = 'its surface as STL, by the program that made it or by Gmsh'
    character(len=*), parameter :: cad = 'its surface as STL, by Gmsh, FreeCAD or the program that made it'
    character(len=*), parameter :: zip = 'PK'//achar(3)//achar(4)
@@ -152,11 +156,11 @@ contains
    pure function meshes() result(kinds)
       type(kind_t), allocatable :: kinds(:)
       kinds = [kind_of('ply', 'a PLY file', mesh), &
-               kind_of('$MeshFormat', 'a mesh of Gmsh (.msh)', volume), &
-               kind_of('$NOD', 'a mesh of Gmsh (.msh)', volume), &
-               kind_of('(0 ', 'a mesh of Fluent (.msh, .cas)', volume), &
-               kind_of('(1 ', 'a mesh of Fluent (.msh, .cas)', volume), &
-               kind_of('(2 ', 'a mesh of Fluent (.msh, .cas)', volume), &
+               kind_of('$MeshFormat', 'a mesh of Gmsh (.msh)', gmsh), &
+               kind_of('$NOD', 'a mesh of Gmsh (.msh)', gmsh), &
+               kind_of('(0 ', 'a mesh of Fluent (.msh, .cas)', maker), &
+               kind_of('(1 ', 'a mesh of Fluent (.msh, .cas)', maker), &
+               kind_of('(2 ', 'a mesh of Fluent (.msh, .cas)', maker), &
                kind_of('OFF', 'an OFF file', mesh), &
                kind_of('# vtk DataFile', 'a file of VTK', volume), &
                kind_of('<?xml', 'an XML file (VTK, AMF, X3D, ...)', mesh), &

@@ -8,7 +8,6 @@ module m_atoms_output
    use m_history, only: history_header_t, history_text_length
    use m_model, only: model_t
    use m_snapshot, only: component_name_length, snapshot_field_t, snapshot_t, step_digits
-   use m_text, only: to_text
    implicit none
    private
    public :: atoms_header, write_atoms
@@ -45,7 +44,8 @@ contains
       call fill(atoms, coupling)
       call write_hdf5_snapshot(model%communicator, atoms, directory, error, &
                                coupling%file('_'//step_digits(atoms%step)//'.hdf'))
-      call coupling%write_dump(directory//'/'//coupling%file('_'//to_text(atoms%step)//'.lammpstrj'), error)
+      call coupling%write_dump(directory//'/'//coupling%file('_'//step_digits(atoms%step)//'.lammpstrj'), &
+                               error)
       call model%communicator%agree(error)
    end subroutine write_atoms
 

@@ -4,11 +4,9 @@ module m_recorder
    use m_errors, only: error_t, fail
    use m_filesystem, only: remove_file
    use m_communicator, only: communicator_t
-   use m_text, only: to_text
    use m_timers, only: wall_time
    use m_multiples, only: times_passed
    use m_scene, only: scene_t
-   use m_side_kinds, only: side_kinds
    use m_scene_writer, only: scene_as_namelist
    use m_part_file, only: publish_part
    use m_text_file, only: text_file_t
@@ -16,6 +14,7 @@ module m_recorder
    use m_contact_area, only: projected_area
    use m_contact_outline, only: outline_under
    use m_outline_file, only: write_outline
+   use m_tool_header, only: tool_header
    use m_model, only: model_t
    use m_energy, only: balance_t
    use m_motion_fields, only: motion_columns
@@ -382,43 +381,6 @@ contains
                         'angular_momentum_x [kg m2/s]', 'angular_momentum_y [kg m2/s]', &
                         'angular_momentum_z [kg m2/s]', 'mass [kg]', 'particle_work [J]']
    end function energy_header
-
-   function tool_header(scene, n) result(header)
-      type(scene_t), intent(in) :: scene
-      integer, intent(in) :: n
-      type(history_header_t) :: header
-      header%title = scene%title
-      header%zone = 'tool '//scene%tools(n)%name
-      header%columns = [character(len=history_text_length) :: 'time [s]', 'depth [m]', 'load_x [N]', &
-                        'load_y [N]', 'load_z [N]', 'contact_area [m2]', 'max_gap_violation [m]', &
-                        'position_x [m]', 'position_y [m]', 'position_z [m]', 'rotation_w [1]', &
-                        'rotation_x [1]', 'rotation_y [1]', 'rotation_z [1]', 'velocity_x [m/s]', &
-                        'velocity_y [m/s]', 'velocity_z [m/s]', 'spin_x [rad/s]', 'spin_y [rad/s]', &
-                        'spin_z [rad/s]', 'moment_x [N m]', 'moment_y [N m]', 'moment_z [N m]', &
-                        'max_deflection [m]']
-      header%notes = [character(len=history_text_length) :: 'model_share='//to_text(model_share(scene, n))]
-   end function tool_header
-
-   !> The modelled share of the tool: one half for each symmetry plane that contains its axis.
-   pure real(wp) function model_share(scene, n) result(share)
-      type(scene_t), intent(in) :: scene
-      integer, intent(in) :: n
-      integer :: axis, side
-      real(wp) :: plane
-      share = 1.0_wp
-      associate (grid => scene%grid, tool => scene%tools(n))
-         if (grid%section%is_round()) return
-         do axis = 1, 3
-            if (grid%section%is_flat() .and. axis == 2) cycle
-            do side = 1, 2
-               plane = merge(grid%lower(axis), grid%upper(axis), side == 1)
-               if (side_kinds(grid%boundary(2*axis - 2 + side))%mirrors &
-                   .and. abs(tool%axis(axis)) < 1.0e-9_wp &
-                   .and. abs(tool%tip(axis) - plane) < 1.0e-9_wp*grid%cell_size) share = 0.5_wp*share
-            end do
-         end do
-      end associate
-   end function model_share
 
    function pair_header(title, one, other) result(header)
       character(len=*), intent(in) :: title, one, other

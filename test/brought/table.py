@@ -8,6 +8,8 @@ import re
 import resource
 import subprocess
 import sys
+from importlib.util import find_spec
+from itertools import count, permutations
 from pathlib import Path
 
 import h5py
@@ -170,6 +172,59 @@ def foreign():
     ctf = b"Channel Text File\nPrj\tx\nJobMode\tGrid\n"
     refuse(GRAINS, "a map of EBSD, .ctf", ctf, "is a map of EBSD (.ctf): a line for each point")
     refuse(GRAINS, "DAMASK's grid", b'<?xml version="1.0"?>\n<VTKFile type="ImageData">', "is a file of VTK")
+
+
+def cube(edge):
+    """Corners, six tetrahedra and the twelve triangles of the surface of a cube about the origin (m)."""
+    corners = edge * (np.array([[n & 1, n >> 1 & 1, n >> 2] for n in range(8)]) - 0.5)
+    ways = [[0, 1 << a, (1 << a) + (1 << b), 7] for a, b, _ in permutations(range(3))]
+    faces = [tuple(sorted(set(one) - {n})) for one in ways for n in one]
+    return corners, np.array(ways), np.array([face for face in faces if faces.count(face) == 1])
+
+
+def gmsh_mesh(corners, cells, skin):
+    """A mesh as Gmsh writes it by default (4.1): cells and surface, no physical groups."""
+    box = "{} {} {} {} {} {}".format(*corners.min(axis=0), *corners.max(axis=0))
+    lines = ["$MeshFormat", "4.1 0 8", "$EndMeshFormat", "$Entities", "0 0 1 1", f"99 {box} 0 0"]
+    lines += [f"1 {box} 0 1 99", "$EndEntities", "$Nodes", "1 8 1 8", "3 1 0 8", *map(str, range(1, 9))]
+    lines += [" ".join(map(str, corner)) for corner in corners] + ["$EndNodes", "$Elements"]
+    lines += [f"2 {len(cells) + len(skin)} 1 {len(cells) + len(skin)}"]
+    number = count(1)
+    for start, elements in (f"2 99 2 {len(skin)}", skin), (f"3 1 4 {len(cells)}", cells):
+        lines += [start] + [f"{next(number)} " + " ".join(map(str, one + 1)) for one in elements]
+    return "\n".join([*lines, "$EndElements", ""]).encode()
+
+
+def meshes():
+    """Volume meshes that store the triangles of their surface too: the command in the refusal makes a surface
+    that is read, of the volume of the cells."""
+    corners, cells, skin = cube(2e-6)
+    files = {"Gmsh's mesh with its surface.msh": gmsh_mesh(corners, cells, skin)}
+    able = all(map(find_spec, ("meshio", "pyvista")))
+    if able:
+        import meshio
+
+        for ending in ("vtk", "inp"):
+            meshio.Mesh(corners, {"triangle": skin, "tetra": cells}).write(f"both.{ending}")
+            files[f"a mesh with its surface.{ending}"] = Path(f"both.{ending}").read_bytes()
+    for name, content in files.items():
+        _, scene = prepared(SURFACE, name, content, "")
+        status, said, _ = run(scene)
+        command = re.search('python -c "(.*?)"', said)
+        if status != 2 or not command:
+            judge(name, False, f"status {status}: {said}")
+            continue
+        Path(name).write_bytes(content)
+        python = compile(command[1].replace("FILE", name.replace("'", "\\'")), name, "exec")
+        if not able:
+            right = "extract_cells" in python.co_names
+            judge(name, right, "refused; its command was not tried (no meshio, pyvista)")
+            continue
+        exec(python, {})
+        status, said, out = run(prepared(SURFACE, name, Path("a.stl").read_bytes(), "")[1])
+        found = re.search(r"^body .* volume (\S+) m3", out, re.M)
+        seen = float(found[1]) if found else said
+        judge(name, bool(found) and abs(seen / 8e-18 - 1) < 1e-6, f"status {status}: {seen}")
 
 
 def all_grains():
@@ -453,6 +508,7 @@ def changed(kind, text, content, more=""):
 
 
 foreign()
+meshes()
 all_grains()
 all_heights()
 all_surfaces()

@@ -188,6 +188,7 @@ def fabricate(
     )
     if snapshots:
         at = peak if snapshot_at is None else snapshot_at
+        index = directory / "particles.xdmf"
         for step, (i, unloaded) in enumerate(((0, False), (at, False), (depth.size - 1, True))):
             if i < peak or not unloaded or force[-1] <= 0:
                 particle_file(
@@ -199,6 +200,8 @@ def fabricate(
                     fine,
                     rise,
                 )
+                with index.open("a") as file:
+                    file.write(f"<DataItem>particles_{step:08d}.hdf:/VTKHDF/Points</DataItem>\n")
     return directory
 
 
@@ -334,6 +337,17 @@ for name, low, high in (
         f"another body, {name}: the tool is pressed into the one below its tip",
         near(answer["max_depth"], deepest, 1e-9) and near(answer["young_scene"], young, 1e-9),
     )
+pit = fabricate("pit", gap=300e-9)
+hollow = f"&cut body='body1', shape='box', lower=0,0,{top}, upper=1e-6,1e-6,{top} /\n"
+case = (pit / "case.nml").read_text().replace("&body material", "&body name='body1', material") + hollow
+(pit / "case.nml").write_text(case)
+status, text, _ = run("pit")
+require("a cut, by an older version: refused", status == 2 and "run the scene again" in text, text)
+history = (pit / "tool_cone.dat").read_text()
+said = history.replace("AUXDATA", 'AUXDATA indented_body="1"\nAUXDATA surface_gap="3e-7"\nAUXDATA', 1)
+(pit / "tool_cone.dat").write_text(said)
+_, _, answer = run("pit")
+require("a cut: the depth from the surface that the run found", near(answer["max_depth"], deepest, 1e-9))
 for wrong in (("--window", "98,20"), ("--beta", "0"), ("--epsilon", "x"), ("--area", "other")):
     require(f"{' '.join(wrong)} is refused", run("quarter", *wrong)[0] == 2)
 for shape, name in (

@@ -13,5 +13,10 @@ refused() { # WORD COMMAND...: status 2 and one sentence that has the word
 }
 mkdir empty
 refused 'snapshots' "$PYTHON" -m gimp3d pole_figure empty
+mkdir unlisted
+touch unlisted/particles_00000000.hdf
+refused 'there is no particles.xdmf' "$PYTHON" -m gimp3d pole_figure unlisted
+echo '<DataItem>particles_00000007.hdf:/VTKHDF/Points</DataItem>' >unlisted/particles.xdmf
+refused 'lists particles_00000007.hdf, which is not there' "$PYTHON" -m gimp3d pole_figure unlisted
 refused 'three digits' "$PYTHON" -m gimp3d pole_figure --pole 11 empty
 refused 'two axes' "$PYTHON" -m gimp3d pole_figure --rolling z empty

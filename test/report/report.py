@@ -212,7 +212,7 @@ def others():
         "broken": (
             [
                 "tool_cone.dat cannot be read",
-                "tool_cone.dat:6: 1 values for 24 columns",
+                "tool_cone.dat:8: 1 values for 24 columns",
                 "hardness.json cannot be read",
                 "particles cannot be read",
                 "energy.dat holds values that are not finite",

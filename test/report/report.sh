@@ -26,7 +26,7 @@ cp run/case.nml bare
 copy caseless
 rm caseless/case.nml
 copy broken
-sed -i '6s/^ *\([^ ]*\) .*/\1/' broken/tool_cone.dat
+sed -i '8s/^ *\([^ ]*\) .*/\1/' broken/tool_cone.dat
 sed -i '$s/  *[^ ]*/  NaN/2' broken/energy.dat
 echo '{"max_depth": ' >broken/hardness.json
 for file in broken/particles_*.hdf; do echo 'no HDF5' >"$file"; done

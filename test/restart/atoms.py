@@ -100,6 +100,7 @@ deep = real & (points[:, 2] < 14 * constant)
 require("atoms under the tool are pressed", field("stress")[deep][:, 2].mean() < 0)
 
 dump = max(Path("whole").glob("*.lammpstrj"), key=lambda path: path.stat().st_mtime)
+require("a dump has the step of its snapshot, in 8 digits", dump.with_suffix(".hdf").is_file(), dump)
 lines = dump.read_text().splitlines()
 count = int(lines[3])
 first = next(n for n, line in enumerate(lines) if line.startswith("ITEM: ATOMS id type x y z vx vy vz"))
