@@ -242,6 +242,32 @@ for speed in (1.0, 2.0):
         f"waves at {speed:g} times the speed: C, recovery off by {off}, without the dashpot {before}",
         np.all(np.abs(off) < 0.002) and np.all(np.abs(before) > 0.004 * speed),
     )
+
+
+def ball_with_waves(case):
+    """What is kept of a run of an elastic sphere by Hertz, with the force of the dashpot in it: c of the
+    contact's radius, which is the root of R h, times the speed of the tool."""
+    h, (times, speeds, _) = np.linspace(0.01, 1, 120), forward.motion(case)
+    radius, poisson = case.tip.radius, case.poisson
+    load = 4 / 3 / (1 - poisson**2) * np.sqrt(radius) * h**1.5
+    last = 0.5 * speeds[1] * (times[3] - times[2]) / forward.DEPTH  # of the way, where the tool slows down
+    speed = speeds[1] * np.sqrt(np.clip((1 - h) / last, 0, 1))
+    impedance = 3.4 * np.sqrt(forward.DENSITY / (2 * (1 + poisson) * forward.YOUNG)) / (1 - poisson)
+    return {"loading_depth": h, "loading_load": load + impedance * radius * h * speed}
+
+
+for radius, speed in ((5.0, 0.7), (25.0, 0.7), (25.0, 0.35)):
+    numerics = forward.Numerics(**surrogate.OF_BENT | {"cells": 2.6, "fine": 16, "speed": speed})
+    globe_run = forward.Case(Tip("sphere", 0.0, radius), 1.0, (), numerics=numerics, law="elastic")
+    kept = ball_with_waves(globe_run)
+    found = forward.loading_law(kept, globe_run)
+    off = found - [np.log(4 / 3 / 0.91 * np.sqrt(radius)), 1.5, 0.0]
+    dashpot, forward.DASHPOT = forward.DASHPOT, 0.0
+    before, forward.DASHPOT = forward.loading_law(kept, globe_run) - found, dashpot
+    check(
+        f"waves of a sphere of {radius:g} depths: Hertz' load and powers off by {off}, without by {before}",
+        np.all(np.abs(off) < [0.003, 0.01, 0.02]) and abs(before[1]) > 0.04,
+    )
 slower = {what: [] for what in ("with", "without")}
 coarse, _, slow_in, slow_out = surrogate.SHARP[2:]
 for what, factor in (("with", 1.0), ("without", 0.0)):
@@ -560,6 +586,19 @@ check(
 )
 found = Page("out/identification.html")
 check(f"its page: {found.faults}", not found.faults and sum(tag == "img" for tag, *_ in found.elements) == 3)
+hertz = 4 / 3 * 76.923e9 * np.sqrt(5e-6)
+h = np.concatenate([np.linspace(0, 200e-9, 200), np.linspace(200e-9, 0, 200)[1:]])
+load = hertz * h**1.5 + 0.003 * hertz * 200e-9**1.5 * rng.standard_normal(h.size)
+write_csv("ball.csv", h, load)
+given = ["DATA=ball.csv", "TIP=sphere:5um", "LAW=elastic", "CORES=1", f"PROGRAM={GIMP3D}", "OUT=ball"]
+for more in ((), ("FREE=zero",)):
+    status, out, err = command(*given, "CACHE=balls", *more)
+    found = json.loads(Path("ball/answer.json").read_text())["intervals_90"]["modulus"]
+    low, middle, high = (found[k] / 76.923e9 for k in ("low", "median", "high"))
+    check(
+        f"a curve by Hertz, {more}: E* is {middle:.3f} of the truth, {low:.3f} to {high:.3f} {err}",
+        status == 0 and abs(middle - 1) < 0.03 and low < 1 < high,
+    )
 for words_, part in (
     (["DATA=cone.csv"], "followed by a TIP"),
     (["DATA=none.csv", "TIP=berkovich"], "none.csv"),
