@@ -536,6 +536,37 @@ if find_spec("emcee"):
         all(0.7 < (chains[n][2] - chains[n][0]) / (answer.intervals[n][2] - answer.intervals[n][0]) < 1.4
             for n in ("modulus", "yield_stress", "exponent")),
     )  # fmt: skip
+
+
+def drawn(problem):
+    """Draws of equal weights in place of emcee's, which need not be installed."""
+
+    def draw(centre, covariance, root, seed):
+        draws, weights, chi2 = problem.sample([(centre, covariance)], root, seed)
+        some = np.random.default_rng(seed).choice(len(draws), 20000, p=weights)
+        return draws[some], np.full(20000, 1 / 20000), chi2[some]
+
+    return draw
+
+
+for chains in (False, True):
+    held = []
+    for ratio, _, curvature, stiffness, work_ratio in [row for row in elements if row[1] == 0][::4]:
+        yielding = 70e9 / ratio
+        numbers = {"curvature": curvature * yielding, "stiffness": stiffness * 70e9 / 0.91 * 3e-7}
+        numbers |= {"work_ratio": work_ratio, "max_depth": 3e-7}
+        seen = observed.from_derived(Tip("cone", 70.3), [measured.Derived("elements", numbers, {})])
+        one = fit.Problem([seen], [models[70.3]], chains=chains)
+        one.run_chains = drawn(one)
+        inside = one.answer().intervals
+        truths = {"modulus": 70e9 / 0.91, "yield_stress": yielding, "exponent": 0.0}
+        held.append([inside[name][0] <= value <= inside[name][2] for name, value in truths.items()])
+    held = np.sum(held, axis=0), len(held)
+    check(
+        f"metals without hardening, of finite elements, {'chains' if chains else 'profile'}: E*, yield stress "
+        f"and an exponent of 0 are in their intervals {held[0]} times of {held[1]}",
+        np.all(held[0] == held[1]) and held[1] > 3,
+    )
 for young, yielding, exponent in ((70e9, 0.284e9, 0.08), (200e9, 1e9, 0.3)):
     p, widths = np.array([np.log(young / 0.91), np.log(yielding), exponent]), []
     for tips in ((Tip("cone", 70.3),), (Tip("cone", 70.3), globe)):
