@@ -94,13 +94,62 @@ check(
     "numbers.csv: C, S, Wp/Wt, hmax",
     np.allclose(list(row.values.values()), [27.408e9, 5146364, 0.9016, 10.407e-6]),
 )
+numbers = list(zip(range(depth.size), 1e9 * depth, 1e3 * load))
+pasted = lambda form, mark=".": "".join(form % row + "\n" for row in numbers).replace(".", mark)
+for head, rows, code in (
+    ("time [s];depth [nm];load [mN]\n", pasted("%d;%.9f;%.9f", ","), "utf-8"),
+    ("depth [nm]\tload [mN]\n",
+     "".join("%.9f\t%.9f\n" % row[1:] for row in numbers).replace(".", ","), "utf-8"),
+    ("Time (s)\tDepth (\u00b5m)\tLoad (\u00b5N)\n", pasted("%d\t%.9fe-3\t%.9fe3"), "latin-1"),
+    ("Time (s)\tDepth (\u00b5m)\tLoad (\u00b5N)\n", pasted("%d\t%.9fe-3\t%.9fe3"), "utf-16"),
+    ("t [s],h [nm],P [mN],S [N/m]\n", pasted("%d,%.9f,%.9f,1e5"), "utf-8"),
+    ("Displacement Into Surface (nm),Load On Sample (mN),P/h2 (GPa)\n",
+     "".join("%.9f,%.9f,29.3\n" % row[1:] for row in numbers), "utf-8"),
+    ("Time (s) Depth (nm) Load (mN) Depth (V) Load (V)\n", pasted("%d %.9f %.9f 1 2"), "utf-8"),
+    ("time [s],depth [nm],load [mN],segment\n", pasted("%d,%.9f,%.9f,L"), "utf-8"),
+    ("time [s],depth [nm],load [mN],\n", pasted("%d,%.9f,%.9f,") + "\n# end of test\n", "utf-8"),
+    ("Time_s,Depth_m,Load_N\n", pasted("%d,%.9fe-9,%.9fe-3"), "utf-8"),
+    ("time/s,depth/nm,load/mN\n", pasted("%d,%.9f,%.9f"), "utf-8"),
+    ("Time, s;Depth, nm;Load, MN\n", pasted("%d;%.9f;%.9fe-9"), "utf-8"),
+    ("Time [s],Displacement [nm],Displacement Into Surface [nm],Load On Sample [mN]\n",
+     "".join("%d,99,%.9f,%.9f\n" % row for row in numbers), "utf-8"),
+):  # fmt: skip
+    Path("other.csv").write_bytes((head + rows).encode(code))
+    try:
+        found = measured.read_curve("other.csv")
+        holds = np.allclose(found.depth, depth, atol=1e-12) and np.allclose(found.load, load, atol=1e-8)
+    except (Unreadable, AttributeError) as error:
+        found, holds = error, False
+    check(f"{head.strip()!r}, {code}{'' if holds else f': {found}'}", holds)
+for head, value, sigma in (
+    ("sigma C [GPa]", 0.49, 0.01), ("sigma C [MPa]", 490, 0.01), ("sigma C [%]", 1, 0.01),
+    ("sigma C", 0.01, 0.01), ("sigma Wp/Wt [%]", 0.5, 0.005),
+):  # fmt: skip
+    Path("sigma.csv").write_text(f"C [GPa], Wp/Wt [%], {head}\n49, 83.1, {value}\n")
+    row = measured.read_curve("sigma.csv")[0]
+    check(
+        f"{head} = {value}: {row.sigma}",
+        np.allclose(list(row.sigma.values()), sigma) and row.values["curvature"] == 49e9,
+    )
 for text, word in (
     ("depth, load\n1, 2\n", "has no unit"),
     ("depth [inch], load [mN]\n1, 2\n", "unit 'inch'"),
     ("load [mN], time [s]\n" + "1, 2\n" * 30, "columns depth and load"),
     ("depth [nm], load [mN]\n1, x\n2, 3\n", "head"),
     ("depth [nm], load [mN]\n" + "1, nan\n" * 30, "finite"),
-    ("depth [nm], load [mN]\n" + "".join(f"{-i}, {-i}\n" for i in range(30)), "loads below 0"),
+    ("depth [nm], load [mN]\n" + "".join(f"{i}, {-i}\n" for i in range(30)), "loads below 0"),
+    ("depth [nm], load [mN]\n" + "".join(f"{-i}, {i}\n" for i in range(30)), "depths below 0"),
+    ("depth [nm], load [mn]\n" + "1, 2\n" * 30, "unit 'mn'"),
+    ("depth [nm], load [nm]\n" + "1, 2\n" * 30, "unit 'nm'"),
+    ("depth [V], load [mN]\n" + "1, 2\n" * 30, "unit 'V'"),
+    ("displacement [nm], depth [nm], load [mN]\n" + "1, 2, 3\n" * 30, "`displacement [nm]` and `depth [nm]`"),
+    ("depth [nm];load [mN]\n" + "1,5;2.5\n" * 30, "decimal commas and decimal points"),
+    ("depth [nm], load [mN], segment\n" + "1, 2, L\n" * 30 + "x, 2, L\n", "32: column depth [nm]: 'x'"),
+    ("C, S [N/m], hmax [nm]\n1, 2, 3\n", "column c has no unit"),
+    ("C [GPa], curvature [MPa]\n1, 2\n", "`c [GPa]` and `curvature [MPa]`"),
+    ("C [GPa], sigma C [N]\n49, 1\n", "unit 'N'"),
+    ("C [GPa], sigma C [GPa]\n49, 50\n", "below the value"),
+    ("depth [nm]\0, load [mN]\n", "no text"),
     ("", "no rows"),
 ):
     Path("bad.csv").write_text(text)
@@ -563,7 +612,7 @@ for chains in (False, True):
         held.append([inside[name][0] <= value <= inside[name][2] for name, value in truths.items()])
     held = np.sum(held, axis=0), len(held)
     check(
-        f"metals without hardening, of finite elements, {'chains' if chains else 'profile'}: E*, yield stress "
+        f"metals without hardening, finite elements, {'chains' if chains else 'profile'}: E*, yield stress "
         f"and an exponent of 0 are in their intervals {held[0]} times of {held[1]}",
         np.all(held[0] == held[1]) and held[1] > 3,
     )
@@ -622,14 +671,13 @@ h = np.concatenate([np.linspace(0, 200e-9, 200), np.linspace(200e-9, 0, 200)[1:]
 load = hertz * h**1.5 + 0.003 * hertz * 200e-9**1.5 * rng.standard_normal(h.size)
 write_csv("ball.csv", h, load)
 given = ["DATA=ball.csv", "TIP=sphere:5um", "LAW=elastic", "CORES=1", f"PROGRAM={GIMP3D}", "OUT=ball"]
-for more in ((), ("FREE=zero",)):
-    status, out, err = command(*given, "CACHE=balls", *more)
-    found = json.loads(Path("ball/answer.json").read_text())["intervals_90"]["modulus"]
-    low, middle, high = (found[k] / 76.923e9 for k in ("low", "median", "high"))
-    check(
-        f"a curve by Hertz, {more}: E* is {middle:.3f} of the truth, {low:.3f} to {high:.3f} {err}",
-        status == 0 and abs(middle - 1) < 0.03 and low < 1 < high,
-    )
+status, out, err = command(*given, "CACHE=balls")
+found = json.loads(Path("ball/answer.json").read_text())["intervals_90"]["modulus"]
+low, middle, high = (found[k] / 76.923e9 for k in ("low", "median", "high"))
+check(
+    f"a curve by Hertz: E* is {middle:.3f} of the truth, {low:.3f} to {high:.3f} {err}",
+    status == 0 and abs(middle - 1) < 0.03 and low < 1 < high,
+)
 for words_, part in (
     (["DATA=cone.csv"], "followed by a TIP"),
     (["DATA=none.csv", "TIP=berkovich"], "none.csv"),

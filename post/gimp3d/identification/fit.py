@@ -240,8 +240,8 @@ class Problem:
         return result
 
     def with_ridge(self, ridge, root, draws, weights, values):
-        """Draws, weights, chi2, and those of the optima along the ridge, of no weight: they reach the edges of
-        the first coordinate, which no draw does."""
+        """Draws, weights, chi2, and those of the optima along the ridge, of no weight: they reach the edges
+        of the first coordinate, which no draw does."""
         optima = np.array([p for p, _ in ridge])
         optima = np.clip(optima, self.low, self.high)
         chi2 = self.bounded(optima, root)

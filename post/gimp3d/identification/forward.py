@@ -227,9 +227,9 @@ def loading_law(kept, case):
 
 
 def smooth_loading(case, h, p, static):
-    """The numbers of loading_law, where the loads p belong to the depths `static`. The load of a contact rises
-    and falls as its edge goes from cell to cell: a wave with the radius of contact in cells, that of the ideal
-    section times a factor (pile-up) which is found, is taken out."""
+    """The numbers of loading_law, where the loads p belong to the depths `static`. The load of a contact
+    rises and falls as its edge goes from cell to cell: a wave with the radius of contact in cells, that of
+    the ideal section times a factor (pile-up) which is found, is taken out."""
     x, weight = np.log(static), p
     cells = np.array([case.tip.contact_radius(one) for one in h]) * case.numerics.cells / case.width
     smooth = np.stack([np.ones_like(x), x, x**2], axis=-1)
@@ -253,8 +253,8 @@ def radiated(case, speed, stiffness):
 
 def lag(case, speed, slope):
     """Depth over the largest by which the elastic displacement lags: c P'/S^2, c of the dashpot, at a load
-    that rises by `slope` (over E h^2 and the largest depth) with a tool of a speed (m/s). c goes by the square
-    of the stiffness, so that the lag does not depend on it."""
+    that rises by `slope` (over E h^2 and the largest depth) with a tool of a speed (m/s). c goes by the
+    square of the stiffness, so that the lag does not depend on it."""
     return radiated(case, speed, 1.0) * slope
 
 
