@@ -389,6 +389,7 @@ def weighted_std(values, weights):
 
 
 def quantile(values, weights, shares):
+    values, weights = values[weights > 0], weights[weights > 0]
     order = np.argsort(values)
     sums = np.cumsum(weights[order]) - 0.5 * weights[order]
     return [float(np.interp(share, sums, values[order])) for share in shares]

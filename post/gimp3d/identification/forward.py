@@ -218,12 +218,15 @@ def loading_law(kept, case):
     h, p = np.array(kept["loading_depth"]), np.array(kept["loading_load"])
     rows = (h >= BENT[0]) & (h <= BENT[1]) & (p > 0)
     h, p = h[rows], p[rows]
-    speed, found = speeds_in(case, h), smooth_loading(case, h, p, h)
+    speed, static = speeds_in(case, h), h
     for _ in range(LAGS):
+        way = np.log(static)
+        rows = np.stack([np.ones_like(way), way, way**2], axis=-1) * p[:, None]
+        first, second, third = np.linalg.lstsq(rows, np.log(p) * p, rcond=None)[0]
         way = np.log(h)
-        slope = np.exp(found[0] + found[1] * way + found[2] * way**2) * (found[1] + 2 * found[2] * way) / h
-        found = smooth_loading(case, h, p, h + lag(case, speed, slope))
-    return found
+        slope = np.exp(first + second * way + third * way**2) * (second + 2 * third * way) / h
+        static = h + lag(case, speed, slope)
+    return smooth_loading(case, h, p, static)
 
 
 def smooth_loading(case, h, p, static):
