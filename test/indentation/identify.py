@@ -94,13 +94,62 @@ check(
     "numbers.csv: C, S, Wp/Wt, hmax",
     np.allclose(list(row.values.values()), [27.408e9, 5146364, 0.9016, 10.407e-6]),
 )
+numbers = list(zip(range(depth.size), 1e9 * depth, 1e3 * load))
+pasted = lambda form, mark=".": "".join(form % row + "\n" for row in numbers).replace(".", mark)
+for head, rows, code in (
+    ("time [s];depth [nm];load [mN]\n", pasted("%d;%.9f;%.9f", ","), "utf-8"),
+    ("depth [nm]\tload [mN]\n",
+     "".join("%.9f\t%.9f\n" % row[1:] for row in numbers).replace(".", ","), "utf-8"),
+    ("Time (s)\tDepth (\u00b5m)\tLoad (\u00b5N)\n", pasted("%d\t%.9fe-3\t%.9fe3"), "latin-1"),
+    ("Time (s)\tDepth (\u00b5m)\tLoad (\u00b5N)\n", pasted("%d\t%.9fe-3\t%.9fe3"), "utf-16"),
+    ("t [s],h [nm],P [mN],S [N/m]\n", pasted("%d,%.9f,%.9f,1e5"), "utf-8"),
+    ("Displacement Into Surface (nm),Load On Sample (mN),P/h2 (GPa)\n",
+     "".join("%.9f,%.9f,29.3\n" % row[1:] for row in numbers), "utf-8"),
+    ("Time (s) Depth (nm) Load (mN) Depth (V) Load (V)\n", pasted("%d %.9f %.9f 1 2"), "utf-8"),
+    ("time [s],depth [nm],load [mN],segment\n", pasted("%d,%.9f,%.9f,L"), "utf-8"),
+    ("time [s],depth [nm],load [mN],\n", pasted("%d,%.9f,%.9f,") + "\n# end of test\n", "utf-8"),
+    ("Time_s,Depth_m,Load_N\n", pasted("%d,%.9fe-9,%.9fe-3"), "utf-8"),
+    ("time/s,depth/nm,load/mN\n", pasted("%d,%.9f,%.9f"), "utf-8"),
+    ("Time, s;Depth, nm;Load, MN\n", pasted("%d;%.9f;%.9fe-9"), "utf-8"),
+    ("Time [s],Displacement [nm],Displacement Into Surface [nm],Load On Sample [mN]\n",
+     "".join("%d,99,%.9f,%.9f\n" % row for row in numbers), "utf-8"),
+):  # fmt: skip
+    Path("other.csv").write_bytes((head + rows).encode(code))
+    try:
+        found = measured.read_curve("other.csv")
+        holds = np.allclose(found.depth, depth, atol=1e-12) and np.allclose(found.load, load, atol=1e-8)
+    except (Unreadable, AttributeError) as error:
+        found, holds = error, False
+    check(f"{head.strip()!r}, {code}{'' if holds else f': {found}'}", holds)
+for head, value, sigma in (
+    ("sigma C [GPa]", 0.49, 0.01), ("sigma C [MPa]", 490, 0.01), ("sigma C [%]", 1, 0.01),
+    ("sigma C", 0.01, 0.01), ("sigma Wp/Wt [%]", 0.5, 0.005),
+):  # fmt: skip
+    Path("sigma.csv").write_text(f"C [GPa], Wp/Wt [%], {head}\n49, 83.1, {value}\n")
+    row = measured.read_curve("sigma.csv")[0]
+    check(
+        f"{head} = {value}: {row.sigma}",
+        np.allclose(list(row.sigma.values()), sigma) and row.values["curvature"] == 49e9,
+    )
 for text, word in (
     ("depth, load\n1, 2\n", "has no unit"),
     ("depth [inch], load [mN]\n1, 2\n", "unit 'inch'"),
     ("load [mN], time [s]\n" + "1, 2\n" * 30, "columns depth and load"),
     ("depth [nm], load [mN]\n1, x\n2, 3\n", "head"),
     ("depth [nm], load [mN]\n" + "1, nan\n" * 30, "finite"),
-    ("depth [nm], load [mN]\n" + "".join(f"{-i}, {-i}\n" for i in range(30)), "loads below 0"),
+    ("depth [nm], load [mN]\n" + "".join(f"{i}, {-i}\n" for i in range(30)), "loads below 0"),
+    ("depth [nm], load [mN]\n" + "".join(f"{-i}, {i}\n" for i in range(30)), "depths below 0"),
+    ("depth [nm], load [mn]\n" + "1, 2\n" * 30, "unit 'mn'"),
+    ("depth [nm], load [nm]\n" + "1, 2\n" * 30, "unit 'nm'"),
+    ("depth [V], load [mN]\n" + "1, 2\n" * 30, "unit 'V'"),
+    ("displacement [nm], depth [nm], load [mN]\n" + "1, 2, 3\n" * 30, "`displacement [nm]` and `depth [nm]`"),
+    ("depth [nm];load [mN]\n" + "1,5;2.5\n" * 30, "decimal commas and decimal points"),
+    ("depth [nm], load [mN], segment\n" + "1, 2, L\n" * 30 + "x, 2, L\n", "32: column depth [nm]: 'x'"),
+    ("C, S [N/m], hmax [nm]\n1, 2, 3\n", "column c has no unit"),
+    ("C [GPa], curvature [MPa]\n1, 2\n", "`c [GPa]` and `curvature [MPa]`"),
+    ("C [GPa], sigma C [N]\n49, 1\n", "unit 'N'"),
+    ("C [GPa], sigma C [GPa]\n49, 50\n", "below the value"),
+    ("depth [nm]\0, load [mN]\n", "no text"),
     ("", "no rows"),
 ):
     Path("bad.csv").write_text(text)
@@ -241,6 +290,32 @@ for speed in (1.0, 2.0):
     check(
         f"waves at {speed:g} times the speed: C, recovery off by {off}, without the dashpot {before}",
         np.all(np.abs(off) < 0.002) and np.all(np.abs(before) > 0.004 * speed),
+    )
+
+
+def ball_with_waves(case):
+    """What is kept of a run of an elastic sphere by Hertz, with the force of the dashpot in it: c of the
+    contact's radius, which is the root of R h, times the speed of the tool."""
+    h, (times, speeds, _) = np.linspace(0.01, 1, 120), forward.motion(case)
+    radius, poisson = case.tip.radius, case.poisson
+    load = 4 / 3 / (1 - poisson**2) * np.sqrt(radius) * h**1.5
+    last = 0.5 * speeds[1] * (times[3] - times[2]) / forward.DEPTH  # of the way, where the tool slows down
+    speed = speeds[1] * np.sqrt(np.clip((1 - h) / last, 0, 1))
+    impedance = 3.4 * np.sqrt(forward.DENSITY / (2 * (1 + poisson) * forward.YOUNG)) / (1 - poisson)
+    return {"loading_depth": h, "loading_load": load + impedance * radius * h * speed}
+
+
+for radius, speed in ((5.0, 0.7), (25.0, 0.7), (25.0, 0.35)):
+    numerics = forward.Numerics(**surrogate.OF_BENT | {"cells": 2.6, "fine": 16, "speed": speed})
+    globe_run = forward.Case(Tip("sphere", 0.0, radius), 1.0, (), numerics=numerics, law="elastic")
+    kept = ball_with_waves(globe_run)
+    found = forward.loading_law(kept, globe_run)
+    off = found - [np.log(4 / 3 / 0.91 * np.sqrt(radius)), 1.5, 0.0]
+    dashpot, forward.DASHPOT = forward.DASHPOT, 0.0
+    before, forward.DASHPOT = forward.loading_law(kept, globe_run) - found, dashpot
+    check(
+        f"waves of a sphere of {radius:g} depths: Hertz' load and powers off by {off}, without by {before}",
+        np.all(np.abs(off) < [0.003, 0.01, 0.02]) and abs(before[1]) > 0.04,
     )
 slower = {what: [] for what in ("with", "without")}
 coarse, _, slow_in, slow_out = surrogate.SHARP[2:]
@@ -510,6 +585,37 @@ if find_spec("emcee"):
         all(0.7 < (chains[n][2] - chains[n][0]) / (answer.intervals[n][2] - answer.intervals[n][0]) < 1.4
             for n in ("modulus", "yield_stress", "exponent")),
     )  # fmt: skip
+
+
+def drawn(problem):
+    """Draws of equal weights in place of emcee's, which need not be installed."""
+
+    def draw(centre, covariance, root, seed):
+        draws, weights, chi2 = problem.sample([(centre, covariance)], root, seed)
+        some = np.random.default_rng(seed).choice(len(draws), 20000, p=weights)
+        return draws[some], np.full(20000, 1 / 20000), chi2[some]
+
+    return draw
+
+
+for chains in (False, True):
+    held = []
+    for ratio, _, curvature, stiffness, work_ratio in [row for row in elements if row[1] == 0][::4]:
+        yielding = 70e9 / ratio
+        numbers = {"curvature": curvature * yielding, "stiffness": stiffness * 70e9 / 0.91 * 3e-7}
+        numbers |= {"work_ratio": work_ratio, "max_depth": 3e-7}
+        seen = observed.from_derived(Tip("cone", 70.3), [measured.Derived("elements", numbers, {})])
+        one = fit.Problem([seen], [models[70.3]], chains=chains)
+        one.run_chains = drawn(one)
+        inside = one.answer().intervals
+        truths = {"modulus": 70e9 / 0.91, "yield_stress": yielding, "exponent": 0.0}
+        held.append([inside[name][0] <= value <= inside[name][2] for name, value in truths.items()])
+    held = np.sum(held, axis=0), len(held)
+    check(
+        f"metals without hardening, finite elements, {'chains' if chains else 'profile'}: E*, yield stress "
+        f"and an exponent of 0 are in their intervals {held[0]} times of {held[1]}",
+        np.all(held[0] == held[1]) and held[1] > 3,
+    )
 for young, yielding, exponent in ((70e9, 0.284e9, 0.08), (200e9, 1e9, 0.3)):
     p, widths = np.array([np.log(young / 0.91), np.log(yielding), exponent]), []
     for tips in ((Tip("cone", 70.3),), (Tip("cone", 70.3), globe)):
@@ -560,6 +666,18 @@ check(
 )
 found = Page("out/identification.html")
 check(f"its page: {found.faults}", not found.faults and sum(tag == "img" for tag, *_ in found.elements) == 3)
+hertz = 4 / 3 * 76.923e9 * np.sqrt(5e-6)
+h = np.concatenate([np.linspace(0, 200e-9, 200), np.linspace(200e-9, 0, 200)[1:]])
+load = hertz * h**1.5 + 0.003 * hertz * 200e-9**1.5 * rng.standard_normal(h.size)
+write_csv("ball.csv", h, load)
+given = ["DATA=ball.csv", "TIP=sphere:5um", "LAW=elastic", "CORES=1", f"PROGRAM={GIMP3D}", "OUT=ball"]
+status, out, err = command(*given, "CACHE=balls")
+found = json.loads(Path("ball/answer.json").read_text())["intervals_90"]["modulus"]
+low, middle, high = (found[k] / 76.923e9 for k in ("low", "median", "high"))
+check(
+    f"a curve by Hertz: E* is {middle:.3f} of the truth, {low:.3f} to {high:.3f} {err}",
+    status == 0 and abs(middle - 1) < 0.03 and low < 1 < high,
+)
 for words_, part in (
     (["DATA=cone.csv"], "followed by a TIP"),
     (["DATA=none.csv", "TIP=berkovich"], "none.csv"),

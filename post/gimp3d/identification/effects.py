@@ -104,7 +104,10 @@ class Effect:
                 normal = np.linalg.inv(rows.T @ rows)
                 line = normal @ rows.T @ (weight * first[:, k])
                 left = weight * first[:, k] - rows @ line
-                error = np.sum((left / (1 - np.einsum("ij,jk,ik->i", rows, normal, rows))) ** 2)
+                leverage = np.einsum("ij,jk,ik->i", rows, normal, rows)
+                if np.any(leverage > 1 - 1e-9):
+                    continue  # without this pair a coefficient is not determined
+                error = np.sum((left / (1 - leverage)) ** 2)
                 if best is None or error < 0.9 * best[0]:
                     best = error, terms, line, normal * (left @ left) / (near.sum() - terms)
             _, terms, line, covariance = best

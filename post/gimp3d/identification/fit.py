@@ -7,11 +7,12 @@ D is the covariance of the data, M that of the model: the polynomials' own for e
 and slower tools might still change, which all tips share. The optimum is scipy.optimize.least_squares'. The
 posterior, flat in ln E*, ln sigma_y and the law's coordinates within what the runs cover, is sampled by
 importance from t distributions along the curved ridge of the likelihood, one for each of RIDGE values of
-the first coordinate. Intervals are those of the profile of the likelihood: what
-draws have whose chi2 is at most 2.71 above the least (90 %), so that the edge of a parameter's range counts
+the first coordinate. Intervals are those of the profile of the likelihood: what draws, and optima along the
+ridge, have whose chi2 is at most 2.71 above the least (90 %), so that the edge of a parameter's range counts
 as any other value. Where the optimum is at such an edge, most of the posterior can be elsewhere: intervals
-include its central 90 % too. Values are medians of the posterior. With emcee both are of its chains, and
-intervals hold 90 % of the posterior."""
+include its central 90 % too. Values are medians of the posterior. With emcee the draws are of its chains, and
+the rule is the same: 90 % of a posterior, also those of highest density, leave out a true value at an edge
+where the data hardly tell."""
 
 from dataclasses import dataclass, field
 
@@ -183,6 +184,7 @@ class Problem:
             result = least_squares(
                 lambda p: self.residual(p, root), np.clip(near, low, high), bounds=(low, high), x_scale=0.1
             )
+            result.x[2] = value  # at an edge of the range exactly that
             if result.cost < best.cost + 2 * ABOVE:
                 found.append((result.x, self.spread(result.x, root, step)))
         return found
@@ -226,6 +228,7 @@ class Problem:
             draws, weights, values = self.run_chains(best.x, covariance, root, seed)
         else:
             draws, weights, values = self.sample(ridge, root, seed)
+        draws, weights, values = self.with_ridge(ridge, root, draws, weights, values)
         chi2 = float(self.chi2(best.x, root))
         least = float(values.min())  # the optimum may lie at, or beyond, the edge of what the runs cover
         inside = values <= (least if least > chi2 + 0.5 else min(chi2, least)) + ABOVE
@@ -235,6 +238,19 @@ class Problem:
         )  # fmt: skip
         self.intervals(result, best.x)
         return result
+
+    def with_ridge(self, ridge, root, draws, weights, values):
+        """Draws, weights, chi2, and those of the optima along the ridge, of no weight: they reach the edges
+        of the first coordinate, which no draw does."""
+        optima = np.array([p for p, _ in ridge])
+        optima = np.clip(optima, self.low, self.high)
+        chi2 = self.bounded(optima, root)
+        some = np.isfinite(chi2)
+        none = np.zeros(np.count_nonzero(some))
+        return (
+            np.concatenate([draws, optima[some]]), np.concatenate([weights, none]),
+            np.concatenate([values, chi2[some]]),
+        )  # fmt: skip
 
     def slope(self, p, root):
         columns = []
@@ -344,8 +360,6 @@ class Problem:
         """Low, median, high of a number of the draws."""
         tail = 0.5 * (1 - LEVEL)
         low, middle, high = quantile(values, answer.weights, [tail, 0.5, 1 - tail])
-        if self.chains:
-            return low, middle, high
         some = values[answer.inside]
         return min(float(some.min()), float(low)), float(middle), max(float(some.max()), float(high))
 
@@ -375,6 +389,7 @@ def weighted_std(values, weights):
 
 
 def quantile(values, weights, shares):
+    values, weights = values[weights > 0], weights[weights > 0]
     order = np.argsort(values)
     sums = np.cumsum(weights[order]) - 0.5 * weights[order]
     return [float(np.interp(share, sums, values[order])) for share in shares]

@@ -11,8 +11,8 @@ not follow it: the recovery is that of the load in motion, at the same share of 
 Runs have a finite speed, so that waves carry energy away from the contact. A half-space responds to an
 elastic displacement of the contact like a spring with a parallel dashpot of 3.4 r^2 sqrt(rho G)/(1 - nu) (a
 rigid disc of radius r at low frequency, Lysmer and Richart 1966); r follows from the stiffness, S = 2 E* r.
-The force of the dashpot is added to the loads of the unloading, and the lag of the elastic displacement is
-subtracted from the depths of the loading under a sharp tip."""
+The force of the dashpot is added to the loads of the unloading, and the depths of the loading are increased
+by the lag of the elastic displacement."""
 
 import math
 from dataclasses import asdict, dataclass, replace
@@ -31,6 +31,7 @@ UNLOADING = (0.05, 0.95)  # shares of the load that the unloading is taken from
 BENT = (0.3, 1.0)  # shares of the depth that the loading of a tip with a length is taken from
 PILE_UP = np.linspace(0.75, 1.3, 56)  # radius of contact over that of the ideal section
 SWEEPS = 8  # of the force of the dashpot and the stiffness
+LAGS = 3  # sweeps of the lag and the slope of the loading
 DASHPOT = 3.4  # of a rigid disc on a half-space, over r^2 sqrt(rho G)/(1 - nu)
 BLUNT = math.tan(math.radians(70.3))  # contact radius over depth that cells are laid out for
 
@@ -212,20 +213,35 @@ def curvature(kept, low=LOADING[0], high=LOADING[1]):
 
 def loading_law(kept, case):
     """ln C, q1, q2 of P/(E h^2) = C (h/h_max)^(q1 - 2) exp(q2 ln^2(h/h_max)): the loading of a tip that has
-    a length; rows count by their load. The load of a contact rises and falls as its edge goes from cell to
-    cell: a wave with the radius of contact in cells, that of the ideal section times a factor (pile-up) which
-    is found, is taken out."""
+    a length, without the effect of waves; rows count by their load. Each depth is increased by its lag, which
+    goes by the slope of the law that is found."""
     h, p = np.array(kept["loading_depth"]), np.array(kept["loading_load"])
     rows = (h >= BENT[0]) & (h <= BENT[1]) & (p > 0)
-    x, weight = np.log(h[rows]), p[rows]
-    cells = np.array([case.tip.contact_radius(one) for one in h[rows]]) * case.numerics.cells / case.width
+    h, p = h[rows], p[rows]
+    speed, static = speeds_in(case, h), h
+    for _ in range(LAGS):
+        way = np.log(static)
+        rows = np.stack([np.ones_like(way), way, way**2], axis=-1) * p[:, None]
+        first, second, third = np.linalg.lstsq(rows, np.log(p) * p, rcond=None)[0]
+        way = np.log(h)
+        slope = np.exp(first + second * way + third * way**2) * (second + 2 * third * way) / h
+        static = h + lag(case, speed, slope)
+    return smooth_loading(case, h, p, static)
+
+
+def smooth_loading(case, h, p, static):
+    """The numbers of loading_law, where the loads p belong to the depths `static`. The load of a contact
+    rises and falls as its edge goes from cell to cell: a wave with the radius of contact in cells, that of
+    the ideal section times a factor (pile-up) which is found, is taken out."""
+    x, weight = np.log(static), p
+    cells = np.array([case.tip.contact_radius(one) for one in h]) * case.numerics.cells / case.width
     smooth = np.stack([np.ones_like(x), x, x**2], axis=-1)
     best, found = np.inf, None
     for factor in PILE_UP:
         wave = np.stack([turn(2 * np.pi * factor * cells) / cells for turn in (np.cos, np.sin)], axis=-1)
         columns = np.concatenate([smooth, wave], axis=-1) * weight[:, None]
-        numbers = np.linalg.lstsq(columns, np.log(p[rows]) * weight, rcond=None)[0]
-        left = float(np.sum((columns @ numbers - np.log(p[rows]) * weight) ** 2))
+        numbers = np.linalg.lstsq(columns, np.log(p) * weight, rcond=None)[0]
+        left = float(np.sum((columns @ numbers - np.log(p) * weight) ** 2))
         if left < best:
             best, found = left, numbers[:3]
     return found
@@ -236,6 +252,21 @@ def radiated(case, speed, stiffness):
     poisson = case.poisson
     radius = 0.5 * stiffness * (1 - poisson**2)
     return DASHPOT * radius**2 / (1 - poisson) * speed * np.sqrt(DENSITY / (2 * (1 + poisson) * YOUNG))
+
+
+def lag(case, speed, slope):
+    """Depth over the largest by which the elastic displacement lags: c P'/S^2, c of the dashpot, at a load
+    that rises by `slope` (over E h^2 and the largest depth) with a tool of a speed (m/s). c goes by the
+    square of the stiffness, so that the lag does not depend on it."""
+    return radiated(case, speed, 1.0) * slope
+
+
+def speeds_in(case, depth):
+    """Speed of the tool (m/s) at shares of the largest depth: its speed changes evenly at both ends."""
+    times, speeds, _ = motion(case)
+    speed = speeds[1]
+    first, last = (0.5 * speed * (times[k + 1] - times[k]) / DEPTH for k in (0, 2))
+    return speed * np.sqrt(np.clip(np.minimum(depth / first, (1 - depth) / last), 0.0, 1.0))
 
 
 def speeds_back(case, back):
@@ -275,12 +306,10 @@ def unloading_law(kept, case):
 
 
 def sharp_law(kept, case):
-    """ln of the load over E h^2, delta0 and 1/m under a sharp tip, without the effect of waves: at a load
-    that rises by P' = 2 P v/h per time the elastic displacement lags by c P'/S^2, c of the dashpot."""
+    """ln of the load over E h^2, delta0 and 1/m under a sharp tip, without the effect of waves."""
     rest, (size, inverse) = kept["load_at_rest"], unloading_law(kept, case)
-    stiffness = rest / (size * inverse)
-    lag = radiated(case, motion(case)[1][1], stiffness) * 2 * rest / stiffness**2
-    return math.log(curvature(kept) * (1 - lag) ** 2), size, inverse
+    late = lag(case, motion(case)[1][1], 2 * rest)
+    return math.log(curvature(kept) * (1 - late) ** 2), size, inverse
 
 
 def mean_recovery(recovered, inverse):

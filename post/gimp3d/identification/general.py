@@ -31,6 +31,7 @@ from ..oliver_pharr import correlation_time
 from ..run_data import Unreadable, read_namelists, text_in
 from . import measured
 from .laws import LAWS, table
+from .table_text import UNITS, in_si
 
 SHRINK = 0.4  # of the steps, from round to round
 FIRST = 0.25  # step of the first round, of the range
@@ -132,13 +133,13 @@ def read_experiment(scene, data, columns, noise):
     for _, name in pairs:
         if name.lower() not in names:
             raise Unreadable(f"{data}: there is no column {name}; it has {', '.join(names)}")
+        if names.count(name.lower()) > 1:
+            raise Unreadable(f"{data}: there are several columns {name}; keep one, or rename the others")
         number = names.index(name.lower())
-        if units[number] not in measured.UNITS:
-            raise Unreadable(
-                f"{data}: column {name} has the unit {units[number]!r}; "
-                f"allowed are {', '.join(measured.UNITS)}"
-            )
-        found.append(rows[:, number] * measured.UNITS[units[number]])
+        kinds = [kind for kind in UNITS if kind != "ratio" or name.lower() not in measured.NAMES]
+        found.append(in_si(data, name, units[number], rows[:, number], kinds))
+        if not np.all(np.isfinite(found[-1])):
+            raise Unreadable(f"{data}: column {name}: a value is not a finite number")
     experiment = Experiment(
         text_in(Path(scene)),
         Path(scene).stem,

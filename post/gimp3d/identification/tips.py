@@ -108,7 +108,8 @@ def length_of(word):
 def read_area(text, pyramid):
     """The Tip of `FILE` (columns depth and area with their units) or of the coefficients C0,C1,... (nm) of
     A = C0 h^2 + C1 h + C2 h^(1/2) + C3 h^(1/4) + ..."""
-    from .measured import UNITS, read_table
+    from .measured import read_table
+    from .table_text import in_si
 
     try:
         numbers = [float(word) for word in text.split(",")]
@@ -125,11 +126,8 @@ def read_area(text, pyramid):
             raise BadTip(f"TIP=area:{text}: columns depth and area are required; it has {', '.join(names)}")
         column = names.index("depth" if "depth" in names else "h")
         at = names.index("area")
-        if units[at] not in ("m2", "mm2", "um2", "nm2"):
-            raise BadTip(
-                f"TIP=area:{text}: the area has the unit {units[at]!r}; allowed are um2, nm2, mm2, m2"
-            )
-        h, area = rows[:, column] * UNITS[units[column]], rows[:, at] * LENGTHS[units[at][:-1]] ** 2
+        h = in_si(f"TIP=area:{text}", names[column], units[column], rows[:, column], ["length"])
+        area = in_si(f"TIP=area:{text}", "area", units[at], rows[:, at], ["area"])
         name = Path(text).name
         if h[0] > 0:
             h, area = np.concatenate([[0.0], h]), np.concatenate([[0.0], area])
