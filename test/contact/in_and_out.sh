@@ -22,7 +22,8 @@ done
 mkdir wrong && cp run_1/tool_ball.dat wrong/
 "$PYTHON" - <<'P'
 lines = open('wrong/tool_ball.dat').read().splitlines()
-at = max(range(4, len(lines)), key=lambda i: float(lines[i].split()[4]))
+rows = [i for i, line in enumerate(lines) if not line[:1].isalpha()]
+at = max(rows, key=lambda i: float(lines[i].split()[4]))
 words = lines[at].split()
 words[4] = repr(float(words[4])*(1 + 1e-6))
 lines[at] = '  ' + ' '.join(words)

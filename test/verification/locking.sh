@@ -1,5 +1,5 @@
 #!/bin/sh
-#test: beside
+#test: long
 # Nearly incompressible bending and pressure, plastic flow under a punch, energy: with and without anti-locking. The finer grids
 # are in locking_long.sh.
 #test: limit 180
