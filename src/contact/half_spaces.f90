@@ -122,6 +122,7 @@ contains
       real(wp) :: now, before      !< of both together, 1/Pa
       integer :: body, m, own, sides, softest
       share = 0.0_wp
+      if (.not. self%factor > 0.0_wp) return
       if (.not. any(abs(self%modulus - self%last) > 0.0_wp)) return
       own = materials%of_body(level%blocks(b)%particles%body(p))
       softest = 0
