@@ -75,19 +75,19 @@ contains
       class(uncovered_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: levels(:)
-      real(wp), allocatable :: faces(:, :), nearest(:, :)
+      real(wp), allocatable :: faces(:, :), closest(:, :)
       integer, allocatable :: owner(:, :)
       integer :: n
       call gather(self, communicator, faces)
       self%count = 0
       if (size(faces, 2) == 0) return
-      allocate (nearest(2, size(faces, 2)), owner(3, size(faces, 2)))
-      call find_beside(levels, faces, nearest(1, :), owner)
-      nearest(2, :) = communicator%rank
-      call MPI_Allreduce(MPI_IN_PLACE, nearest, size(faces, 2), MPI_2DOUBLE_PRECISION, MPI_MINLOC, &
+      allocate (closest(2, size(faces, 2)), owner(3, size(faces, 2)))
+      call find_beside(levels, faces, closest(1, :), owner)
+      closest(2, :) = communicator%rank
+      call MPI_Allreduce(MPI_IN_PLACE, closest, size(faces, 2), MPI_2DOUBLE_PRECISION, MPI_MINLOC, &
                          communicator%comm)
       do n = 1, size(faces, 2)
-         if (nearest(1, n) >= huge(1.0_wp) .or. nint(nearest(2, n)) /= communicator%rank) cycle
+         if (closest(1, n) >= huge(1.0_wp) .or. nint(closest(2, n)) /= communicator%rank) cycle
          associate (level => levels(owner(1, n)), p => owner(3, n), &
                     particles => levels(owner(1, n))%blocks(owner(2, n))%particles)
             call attach(particles%column, p, level, faces(2:4, n), faces(8:10, n))
@@ -113,16 +113,16 @@ contains
       end associate
    end subroutine gather
 
-   !> This rank's particle beside each face: of the same velocity field, behind the face, and nearest to where
+   !> This rank's particle beside each face: of the same velocity field, behind the face, and closest to where
    !> it would be on the lattice.
-   subroutine find_beside(levels, faces, nearest, owner)
+   subroutine find_beside(levels, faces, closest, owner)
       type(level_t), intent(in) :: levels(:)
       real(wp), intent(in) :: faces(:, :)
-      real(wp), intent(out) :: nearest(:) !< squared distance, m2; huge: there is none
+      real(wp), intent(out) :: closest(:) !< squared distance, m2; huge: there is none
       integer, intent(out) :: owner(:, :) !< level, block, particle
       real(wp) :: x(3), reach, distance
       integer :: b, l, n, p
-      nearest = huge(nearest)
+      closest = huge(closest)
       owner = 0
       do l = 1, size(levels)
          do b = 1, size(levels(l)%blocks)
@@ -134,9 +134,9 @@ contains
                   do p = 1, block%particles%count
                      x = block%particles%column(p, at:at + 2)
                      distance = sum((x - faces(5:7, n))**2)
-                     if (distance >= min(nearest(n), reach**2)) cycle
+                     if (distance >= min(closest(n), reach**2)) cycle
                      if (dot_product(x - faces(2:4, n), faces(8:10, n)) >= 0.0_wp) cycle
-                     nearest(n) = distance
+                     closest(n) = distance
                      owner(:, n) = [l, b, p]
                   end do
                end do

@@ -124,7 +124,7 @@ def compressed(poisson, depth):
 
 
 loads()
-compressed(0.45, 0.6)
+compressed(0.45, 0.5)
 compressed(0.0, 0.55)
 restart()
 let_go()
