@@ -23,10 +23,10 @@ class RunFailed(Exception):
 class Scene(scene_text.Scene):
     """A scene: its text, which is read, changed and written.
 
-    Scene("input/hertz.nml") reads a file, and so does Scene(Path); Scene(text) takes a text, which begins with
-    & or a comment or has several lines. `set`, `add`, `remove` change groups in place, with comments and order
-    kept; groups are counted from 0 among those of a name. Raises Unreadable where there is no such file, and
-    where the text is no scene."""
+    Scene("input/hertz.nml") reads a file, and so does Scene(Path); Scene(text) takes a text, which begins
+    with & or a comment or has several lines. `set`, `add`, `remove` change groups in place, with comments and
+    order kept; groups are counted from 0 among those of a name. Raises Unreadable where there is no such
+    file, and where the text is no scene."""
 
     def __init__(self, source):
         is_text = isinstance(source, str) and (

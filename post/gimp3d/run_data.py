@@ -126,8 +126,8 @@ def carried(history, axis, time, places):
 
 
 def particle_files(directory):
-    """All particle files in a directory, also those of earlier runs: `particles_<step>.hdf`, of older versions
-    `.h5`."""
+    """All particle files in a directory, also those of earlier runs: `particles_<step>.hdf`, of older
+    versions `.h5`."""
     return [path for ending in ("h5", "hdf") for path in sorted(directory.glob(f"particles_*.{ending}"))]
 
 
@@ -189,8 +189,8 @@ def columns_of(field, width, components):
 
 class Particles:
     """Ids, fields by name (with `position`; symmetric tensors as xx yy zz yz xz xy), the names of their
-    `columns` and time of a particle file, in the order of the file; the boxes of the levels (lower and upper corner, m) and their cell sizes
-    (m), coarsest first: none where there is only one level."""
+    `columns` and time of a particle file, in the order of the file; the boxes of the levels (lower and upper
+    corner, m) and their cell sizes (m), coarsest first: none where there is only one level."""
 
     def __init__(self, path):
         import h5py
@@ -251,8 +251,8 @@ def groups_in(source):
 
 
 def read_namelists(source):
-    """The groups of a scene (its path, or its text): name -> list of dictionaries, one for each time the group
-    stands there; every variable is a list of its values. Names are in lower case. Raises Unreadable."""
+    """The groups of a scene (its path, or its text): name -> list of dictionaries, one for each time the
+    group stands there; every variable is a list of its values. Names are in lower case. Raises Unreadable."""
     groups = {}
     for group in groups_in(source):
         values = {name: variable.values for name, variable in group.variables.items()}

@@ -101,16 +101,16 @@ contains
       type(uncovered_t), intent(in) :: self
       type(communicator_t), intent(in) :: communicator
       real(wp), allocatable, intent(out) :: faces(:, :)
+      real(wp) :: own(face_reals*self%count)
       integer, dimension(communicator%ranks) :: counts, before
       integer :: r
       call MPI_Allgather(face_reals*self%count, 1, MPI_INTEGER, counts, 1, MPI_INTEGER, communicator%comm)
       before = [(sum(counts(:r - 1)), r=1, size(counts))]
       allocate (faces(face_reals, sum(counts)/face_reals))
       if (size(faces) == 0) return
-      associate (own => reshape(self%faces(:, :self%count), [face_reals*self%count]))
-         call MPI_Allgatherv(own, size(own), MPI_DOUBLE_PRECISION, faces, counts, before, &
-                             MPI_DOUBLE_PRECISION, communicator%comm)
-      end associate
+      if (self%count > 0) own = reshape(self%faces(:, :self%count), [size(own)])
+      call MPI_Allgatherv(own, size(own), MPI_DOUBLE_PRECISION, faces, counts, before, MPI_DOUBLE_PRECISION, &
+                          communicator%comm)
    end subroutine gather
 
    !> This rank's particle beside each face: of the same velocity field, behind the face, and closest to where

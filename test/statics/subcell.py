@@ -89,9 +89,9 @@ def let_go():
 
 
 def compressed(poisson, depth):
-    """A cylinder of rubber under a smooth plate, beside uniaxial stress. Where its top bears tilting badly the
-    deflections below cells went to and fro from one iteration to the next, and steps found no equilibrium
-    from 26 % (Poisson's ratio 0) and 45 % (0.45) on."""
+    """A cylinder of rubber under a smooth plate, beside uniaxial stress. Its top gives way to more force
+    when it tilts. Deflections below cells then grew from one iteration to the next, and steps found no
+    equilibrium from 26 % (Poisson's ratio 0) and 45 % (0.45) on."""
     young, size = 1e6, 1e-2
     name = f"compressed_{100 * poisson:.0f}"
     Path(f"{name}.nml").write_text(
