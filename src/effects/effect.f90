@@ -3,6 +3,7 @@
 module m_effect
    use m_kinds, only: wp
    use m_block, only: block_t
+   use m_face_weights, only: face_weights_t
    use m_cell_list, only: cell_list_t
    use m_communicator, only: communicator_t
    use m_errors, only: error_t
@@ -56,7 +57,8 @@ module m_effect
       procedure :: acceleration
       procedure :: uniform_acceleration
       procedure :: add_forces
-      procedure :: add_force_changes
+      procedure :: face_of
+      procedure :: force_after
       procedure :: on_nodes
       procedure :: on_cells
       procedure :: on_gradient
@@ -256,17 +258,25 @@ contains
       real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
    end subroutine add_forces
 
-   !> Add the change of these forces by the displacements of an implicit step, whose gradients are given,
-   !> where they follow a surface.
-   pure subroutine add_force_changes(self, block, layout, grid, time, gradient, tile)
+   !> Weights of the nodes by which the force of add_forces on particle p of a block, one of `pushed`, acts.
+   pure type(face_weights_t) function face_of(self, block, p, layout, grid) result(face)
       class(effect_t), intent(in) :: self
       type(block_t), intent(in) :: block
+      integer, intent(in) :: p
       type(layout_t), intent(in) :: layout
       type(grid_level_t), intent(in) :: grid
-      real(wp), intent(in) :: time !< s, of the end of the step
-      real(wp), intent(in), contiguous :: gradient(:, :) !< (:, 9): du/dX, component ij at 3 (j-1) + i
-      real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
-   end subroutine add_force_changes
+   end function face_of
+
+   !> That force at a time, after displacements of the particle with a gradient, N: loads on surfaces follow
+   !> them within an implicit step.
+   pure function force_after(self, column, gradient, time) result(force)
+      class(effect_t), intent(in) :: self
+      real(wp), intent(in) :: column(:)   !< of the particle at the step's beginning
+      real(wp), intent(in) :: gradient(9) !< du/dX, component ij at 3 (j-1) + i
+      real(wp), intent(in) :: time        !< s
+      real(wp) :: force(3)
+      force = 0.0_wp
+   end function force_after
 
    !> Change the velocity at the end of the step (2 to 4) and the acceleration (5 to 7) of the solved nodes of
    !> a block, before boundary conditions. Change the whole tile, from a node's own values only: a node is in

@@ -59,7 +59,8 @@ module m_pressure
       procedure :: is_box
       procedure :: verify
       procedure :: add_forces
-      procedure :: add_force_changes
+      procedure :: face_of
+      procedure :: force_after
       procedure :: pushed
       procedure :: particle_work
       procedure :: on_stress
@@ -310,31 +311,17 @@ contains
       end if
    end function mean_value
 
-   !> Likewise the change of -p A by the displacements of an implicit step: of the size of the area. Its
-   !> direction follows from step to step (theory.md, Loads on surfaces).
-   pure subroutine add_force_changes(self, block, layout, grid, time, gradient, tile)
+   !> -p A of a particle's share after displacements with a gradient, which turn and stretch the area.
+   pure function force_after(self, column, gradient, time) result(force)
       class(pressure_t), intent(in) :: self
-      type(block_t), intent(in) :: block
-      type(layout_t), intent(in) :: layout
-      type(grid_level_t), intent(in) :: grid
-      real(wp), intent(in) :: time
-      real(wp), intent(in), contiguous :: gradient(:, :)
-      real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
-      real(wp) :: before(size(block%particles%column, 2)), after(size(block%particles%column, 2)), now
-      integer :: p
-      now = value_at(self%times, self%values, time)
-      if (abs(now) <= 0.0_wp) return
-      do p = 1, block%particles%count
-         before = block%particles%column(p, :)
-         associate (a => self%area)
-            if (.not. any(abs(before(a:a + 2)) > 0.0_wp)) cycle
-            after = before
-            after(a:a + 2) = before(a:a + 2)*norm2(carried_area(before(a:a + 2), gradient(p, :))) &
-                             /norm2(before(a:a + 2))
-         end associate
-         call self%push(block, p, layout, grid, now*(self%pull(after) - self%pull(before)), tile)
-      end do
-   end subroutine add_force_changes
+      real(wp), intent(in) :: column(:), gradient(9), time
+      real(wp) :: after(size(column)), force(3)
+      after = column
+      associate (area => after(self%area:self%area + 2))
+         area = carried_area(area, gradient)
+      end associate
+      force = value_at(self%times, self%values, time)*self%pull(after)
+   end function force_after
 
    !> Add a force on the share of a particle to the tile.
    pure subroutine push(self, block, p, layout, grid, force, tile)
@@ -345,18 +332,9 @@ contains
       type(grid_level_t), intent(in) :: grid
       real(wp), intent(in) :: force(3) !< N
       real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
-      real(wp) :: middle(3), place(3), span(3, 3)
       type(face_weights_t) :: face
       integer :: i, j, k
-      associate (column => block%particles%column, turns => layout%domain > 0)
-         call fit_share(fitted_edges(column(p, :), layout, grid%cell), column(p, self%arm:self%arm + 2), &
-                        column(p, self%area:self%area + 2), grid%cell, &
-                        .not. (turns .or. layout%half_sizes), middle, span)
-         place = (column(p, layout%position:layout%position + 2) + middle - block%origin)*grid%per_cell
-         where (abs(place - nint(place)) < hair) place = nint(place)
-         if (self%section%is_flat()) span(2, :) = 0.0_wp
-         call weigh(face, bin_place(int(block%cells%bin(p))), place, span*grid%per_cell, turns)
-      end associate
+      face = self%face_of(block, p, layout, grid)
       do k = 0, face%last
          do j = 0, face%last
             do i = 0, face%last
@@ -368,6 +346,25 @@ contains
          end do
       end do
    end subroutine push
+
+   !> Weights of the nodes on the share of a particle.
+   pure type(face_weights_t) function face_of(self, block, p, layout, grid) result(face)
+      class(pressure_t), intent(in) :: self
+      type(block_t), intent(in) :: block
+      integer, intent(in) :: p
+      type(layout_t), intent(in) :: layout
+      type(grid_level_t), intent(in) :: grid
+      real(wp) :: middle(3), place(3), span(3, 3)
+      associate (column => block%particles%column, turns => layout%domain > 0)
+         call fit_share(fitted_edges(column(p, :), layout, grid%cell), column(p, self%arm:self%arm + 2), &
+                        column(p, self%area:self%area + 2), grid%cell, &
+                        .not. (turns .or. layout%half_sizes), middle, span)
+         place = (column(p, layout%position:layout%position + 2) + middle - block%origin)*grid%per_cell
+         where (abs(place - nint(place)) < hair) place = nint(place)
+         if (self%section%is_flat()) span(2, :) = 0.0_wp
+         call weigh(face, bin_place(int(block%cells%bin(p))), place, span*grid%per_cell, turns)
+      end associate
+   end function face_of
 
    !> The force on a particle's share per unit value: -A for a pressure; else the traction times the present
    !> area, if it follows rotated as the normal is from its initial direction (Rodrigues).

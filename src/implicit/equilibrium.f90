@@ -6,8 +6,6 @@ module m_equilibrium
    use m_kinds, only: wp
    use m_text, only: to_text
    use m_node_values, only: node_values, tile_last
-   use m_boundary, only: motion_parity
-   use m_static_levels, only: collect
    use m_static_system, only: static_system_t
    use m_static_linear, only: static_linear_t, max_unsolved, max_unsettled
    use m_static_ways, only: steepest
@@ -36,7 +34,6 @@ module m_equilibrium
       procedure :: solve
       procedure, private :: prepare
       procedure, private :: settle
-      procedure, private :: follow_surfaces
       procedure, private :: step_along
       procedure, private :: is_sound
       procedure, private :: worst_gap
@@ -52,7 +49,6 @@ module m_equilibrium
                                                !< status: coarse grids are not symmetric, and a ridge would
                                                !< slip off a symmetric body
    real(wp), parameter :: enough = 0.03_wp !< but not beyond this share of the tolerance
-   real(wp), parameter :: negligible = 1.0e-3_wp !< of the loads: their change in a step
    real(wp), parameter :: closed = 1.0e-6_wp !< cells: tolerance of gaps
    real(wp), parameter :: max_lag = 100.0_wp !< multiple of the tolerance, relative to the largest deflection
                                              !< below the cells: tolerance of their change
@@ -99,8 +95,8 @@ contains
                self%outcome = merge(too_long, turned, self%too_long)
                return
             end if
-            if (gap <= closed .and. self%newton > 0 .and. system%contact%lag <= max_lag*tolerance) &
-               call self%settle(tolerance, force, residual, best)
+            if (gap <= closed .and. self%newton > 0 .and. system%contact%lag <= max_lag*tolerance .and. &
+                residual <= tolerance*system%scale) call self%settle()
             if (self%outcome == found) return
             if (residual < 0.9_wp*best .and. self%newton > 0) then ! initially the stress may be zero
                best = residual
@@ -125,67 +121,27 @@ contains
       end associate
    end subroutine solve
 
-   !> Collective: the equilibrium is found when residual forces are small, with loads that have followed the
-   !> surfaces.
-   subroutine settle(self, tolerance, force, residual, best)
+   !> Collective: the equilibrium is found. Work of the effects is that of the forces which have followed.
+   subroutine settle(self)
       class(equilibrium_t), intent(inout) :: self
-      real(wp), intent(in) :: tolerance
-      real(wp), intent(inout) :: force(:), residual, best !< N
-      associate (system => self%system)
-         if (residual > tolerance*system%scale) return
-         if (system%loads_lag) then
-            call self%follow_surfaces(force)
-            residual = sqrt(system%dot(self%left, self%left))
-            best = residual ! what is solved next begins here
-         end if
-         if (residual <= tolerance*system%scale) self%outcome = found
+      real(wp) :: changes(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      integer :: b, l
+      self%outcome = found
+      associate (model => self%system%model, inertia => self%system%inertia)
+         do l = 1, size(model%levels)
+            do b = 1, size(model%levels(l)%blocks)
+               if (.not. model%effect_step(l)%is_loaded(b)) cycle
+               changes = 0.0_wp
+               associate (mine => self%system%levels(l), particles => model%levels(l)%blocks(b)%particles)
+                  call mine%followers(b)%add_changes(model%effects, particles%column, &
+                                                     mine%trial(b)%gradient, changes)
+               end associate
+               call model%effect_step(l)%add_nodal_force(b, merge(inertia%share, 0.5_wp, inertia%acts), &
+                                                         changes)
+            end do
+         end do
       end associate
    end subroutine settle
-
-   !> Collective: let loads on surfaces follow the displacements of the last trial, and add their change to
-   !> the forces, unless it is negligible (theory.md, Loads on surfaces).
-   subroutine follow_surfaces(self, force)
-      class(equilibrium_t), intent(inout) :: self
-      real(wp), intent(inout) :: force(:) !< (unknowns): as of evaluate, N
-      real(wp) :: change(size(force))
-      associate (system => self%system)
-         system%loads_lag = .false.
-         call system%clear_forces()
-         call add_changes(share=0.0_wp)
-         change = 0.0_wp
-         call collect(system%levels, system%model, motion_parity, change)
-         if (system%dot(change, change) <= negligible**2*system%dot(system%load, system%load)) return
-         system%load = system%load + change
-         force = force + change
-         self%left = self%left + change
-         call add_changes(merge(system%inertia%share, 0.5_wp, system%inertia%acts))
-      end associate
-   contains
-      !> Add them to the tiles, and a share of them to the forces whose work is counted.
-      subroutine add_changes(share)
-         real(wp), intent(in) :: share
-         real(wp) :: changes(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-         integer :: b, e, l
-         associate (model => self%system%model, time => self%system%model%time + self%system%time_step)
-            do l = 1, size(model%levels)
-               do b = 1, size(model%levels(l)%blocks)
-                  if (.not. model%effect_step(l)%is_loaded(b)) cycle
-                  changes = 0.0_wp
-                  do e = 1, size(model%effects)
-                     call model%effects(e)%effect%add_force_changes(model%levels(l)%blocks(b), &
-                        model%levels(l)%layout, model%levels(l)%grid, time, &
-                        self%system%levels(l)%trial(b)%gradient, changes)
-                  end do
-                  if (time < self%system%ramp) changes = max(0.0_wp, time/self%system%ramp)*changes
-                  associate (tile => self%system%levels(l)%forces(:, :, :, :, b))
-                     tile = tile + changes
-                  end associate
-                  call model%effect_step(l)%add_nodal_force(b, share, changes)
-               end do
-            end do
-         end associate
-      end subroutine add_changes
-   end subroutine follow_surfaces
 
    !> Collective: allocate the unknowns, which start from the guess, and reset the counters.
    subroutine prepare(self)

@@ -14,10 +14,11 @@ module m_static_levels
    use m_static_tiles, only: fold_all, sum_up
    use m_trial_state, only: trial_block_t
    use m_ghost_penalty, only: ghost_penalty_t, mark_cells
+   use m_follower_loads, only: follower_loads_t
    implicit none
    private
    public :: static_level_t, fit_levels, number_levels, spread, spread_aside, collect, gather_all, &
-             find_ghost, longest_way
+             find_ghost, find_followers, longest_way
 
    !> Unknowns of a level, stored in one vector after those of the coarser levels.
    type :: static_level_t
@@ -26,6 +27,7 @@ module m_static_levels
       integer :: rows(2) = 0                         !< of the level's grid
       type(trial_block_t), allocatable :: trial(:)   !< (own blocks)
       type(ghost_penalty_t) :: ghost
+      type(follower_loads_t), allocatable :: followers(:) !< (own blocks)
       real(wp), allocatable :: forces(:, :, :, :, :) !< tiles as the level's
       real(wp), allocatable :: sums(:, :, :, :, :)   !< likewise for cells; where means over them are taken
    contains
@@ -53,9 +55,10 @@ contains
       do l = 1, size(levels)
          associate (level => model%levels(l), mine => levels(l))
             if (allocated(mine%trial)) then
-               if (size(mine%trial) /= size(level%blocks)) deallocate (mine%trial)
+               if (size(mine%trial) /= size(level%blocks)) deallocate (mine%trial, mine%followers)
             end if
-            if (.not. allocated(mine%trial)) allocate (mine%trial(size(level%blocks)))
+            if (.not. allocated(mine%trial)) allocate (mine%trial(size(level%blocks)), &
+                                                       mine%followers(size(level%blocks)))
             do b = 1, size(level%blocks)
                mine%trial(b)%parts = parts
                mine%trial(b)%flat = level%grid%section%is_flat()
@@ -95,6 +98,21 @@ contains
          end do
       end associate
    end subroutine fit_cells
+
+   !> List the loads that follow surfaces, after the loads of effects at the step's end.
+   subroutine find_followers(levels, model, time, share)
+      type(static_level_t), intent(inout) :: levels(:)
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: time  !< s: of the step's end
+      real(wp), intent(in) :: share !< of the loads that acts then
+      integer :: b, l
+      do l = 1, size(levels)
+         do b = 1, size(model%levels(l)%blocks)
+            call levels(l)%followers(b)%find(model%effects, model%effect_step(l), model%levels(l), b, time, &
+                                             share)
+         end do
+      end do
+   end subroutine find_followers
 
    !> Number the unknowns of this rank; the nodes hold the sums of P2G.
    integer function number_levels(levels, model) result(count)

@@ -244,7 +244,8 @@ contains
       end do
    end subroutine take_forces
 
-   !> Collective: solve K direction = right to `aim`, with pressed points. Conjugate gradients first. Where
+   !> Collective: solve K direction = right to `aim`, with pressed points. Conjugate gradients first, unless
+   !> loads that follow surfaces make K far from symmetric. Where
    !> they find a direction of negative curvature or take much longer than before, as K is not quite
    !> symmetric, GMRES follows, and is used first for the rest of the step if it succeeds. If it fails,
    !> conjugate gradients that were cut short, or not tried, continue with a higher limit: large problems need
@@ -267,6 +268,7 @@ contains
       if (self%grids%wanted) call self%grids%renew(system)
       system%presses = .true.
       self%solves = self%solves + 1
+      if (.not. system%is_symmetric) self%gmres_leads = .true.
       patient = first_patience
       if (self%cg_solved > 0) patient = min(max_products, max(min_patience, &
                                                            int(patience*self%cg_iterations/self%cg_solved)))

@@ -68,6 +68,7 @@ contains
             if (n == 0) cycle
             if (by_block) call take_gradients(model%levels(l), b, mine%trial(b)%gradient)
             call mine%trial(b)%multiply(n)
+            call mine%followers(b)%multiply(mine%trial(b)%gradient, mine%forces(:, :, :, :, b))
             if (by_block) call push_block(mine, model, l, b)
          end associate
       end do

@@ -14,7 +14,7 @@ module m_static_system
    use m_static_tiles, only: put_loads, put_accelerations, read_motion, stiffest
    use m_static_inertia, only: static_inertia_t
    use m_static_levels, only: static_level_t, fit_levels, number_levels, spread, collect, gather_all, &
-                              find_ghost
+                              find_ghost, find_followers
    use m_static_means, only: take_trial_gradients, push_nodes, multiply_tangents
    use m_static_ways, only: rigid_motion_t, motion_of_body, may_hold
    use m_called_off, only: called_off_t
@@ -31,7 +31,6 @@ module m_static_system
       type(static_contact_t) :: contact
       type(static_inertia_t) :: inertia
       real(wp), allocatable :: load(:)               !< (unknowns): of effects at the step's end, N
-      logical :: loads_lag = .false.                 !< loads on surfaces are those of its beginning
       real(wp), allocatable :: load_before(:)        !< likewise at its beginning, in equilibrium
       real(wp), allocatable :: diagonal(:)           !< (unknowns): of the stiffness, N/m
       real(wp), allocatable :: bare(:)               !< the same without pressed points
@@ -46,6 +45,7 @@ module m_static_system
       real(wp) :: ramp = 0.0_wp                      !< ramp time of loads from time 0, s
       real(wp) :: scale = 0.0_wp !< size of the forces in equilibrium, N
       logical :: presses = .false.                   !< products include pressed points
+      logical :: is_symmetric = .true.               !< nearly, in spite of loads that follow surfaces
       type(called_off_t) :: called_off
       integer :: asked = 0                           !< the request that has called it off
       type(rigid_motion_t) :: unheld                 !< unconstrained motion in this step
@@ -70,6 +70,8 @@ module m_static_system
       procedure :: clear_forces
    end type static_system_t
 
+   real(wp), parameter :: soft = 0.005_wp !< relative to a modulus on the face of a cell: a smaller stiffness
+                                          !< of loads leaves conjugate gradients as they are
    real(wp), parameter :: no_force = 1.0e-6_wp !< relative to a modulus on the face of a cell: smaller loads
                                                !< count as zero
    real(wp), parameter :: loose = 1.0e-10_wp !< relative to a stiffness: smaller ones count as zero
@@ -121,7 +123,7 @@ contains
          if (self%extra > 0) self%load(self%nodal + 1:) = &
             merge(0.0_wp, tools%load, tools%away(tools%tool))
       end associate
-      self%loads_lag = any(model%effect_step%adds_forces)
+      call find_followers(self%levels, model, time + time_step, ramp_share(time + time_step, self%ramp))
    end subroutine begin
 
    !> Collective: forces of effects on the nodes at a time.
@@ -162,9 +164,9 @@ contains
          end if
          if (.not. time < self%ramp) return
          do l = 1, size(model%effect_step)
-            call model%effect_step(l)%scale_nodal_force(max(0.0_wp, time/self%ramp))
+            call model%effect_step(l)%scale_nodal_force(ramp_share(time, self%ramp))
          end do
-         self%load = max(0.0_wp, time/self%ramp)*self%load ! for tools m_static_tools applies the ramp
+         self%load = ramp_share(time, self%ramp)*self%load ! for tools m_static_tools applies the ramp
       end associate
    contains
       subroutine fit(values)
@@ -173,6 +175,13 @@ contains
          allocate (values(self%size()), source=0.0_wp)
       end subroutine fit
    end subroutine hold_loads
+
+   !> Share of the loads that acts at a time.
+   pure real(wp) function ramp_share(time, ramp) result(share)
+      real(wp), intent(in) :: time, ramp !< s
+      share = 1.0_wp
+      if (time < ramp) share = max(0.0_wp, time/ramp)
+   end function ramp_share
 
    !> Collective: set the displacements of all nodes from the unknowns, fixed, mirrored and constrained ones
    !> included.
@@ -213,6 +222,8 @@ contains
                      squares = squares + level%grid%cell*sum_of_squares(trial%force(:n, :), &
                                                              block%particles%column(:n, level%layout%volume))
                   end if
+                  call self%levels(l)%followers(b)%add_changes(model%effects, block%particles%column, &
+                                                               trial%gradient, forces(:, :, :, :, b))
                end associate
             end do
             call push_nodes(self%levels(l), self%model, l)
@@ -233,9 +244,11 @@ contains
    !> Collective: tangents and diagonal at the last evaluated displacements.
    subroutine linearise(self)
       class(static_system_t), intent(inout) :: self
+      real(wp) :: most !< of the loads' stiffness, relative to that of a cell
       integer :: b, l
       call self%model%timers%enter(self%residual_row)
       call self%clear_forces()
+      most = 0.0_wp
       do l = 1, size(self%levels)
          associate (model => self%model, level => self%model%levels(l), forces => self%levels(l)%forces)
             do b = 1, size(level%blocks)
@@ -244,6 +257,9 @@ contains
                   if (n == 0) cycle
                   call trial%linearise(block%particles, model%materials, level%layout, self%time_step)
                   call trial%diagonal(n, self%work)
+                  call self%levels(l)%followers(b)%linearise(model%effects, block%particles%column, &
+                                                             trial%gradient)
+                  most = max(most, self%levels(l)%followers(b)%stiffness()/level%grid%cell**2)
                   call p2g_diagonal(block%cells, block%particles%column, level%layout, &
                                     frame_of(level, block), self%work, forces(:, :, :, :, b))
                end associate
@@ -255,6 +271,7 @@ contains
       call collect(self%levels, self%model, even, self%bare, diagonal=.true.)
       if (self%extra > 0) self%bare(self%nodal + 1:) = 0.0_wp
       if (self%inertia%acts) self%bare = self%bare + self%inertia%stiffness
+      self%is_symmetric = self%model%communicator%maximum(most) <= soft*stiffest(self%model)
    end subroutine linearise
 
    !> Collective: the diagonal with the points pressed at present.

@@ -4,6 +4,8 @@ empty directory; GIMP3D is the program)"""
 from pathlib import Path
 
 import numpy as np
+from scipy.integrate import solve_bvp
+from scipy.optimize import fsolve
 
 from static_scenes import (
     History,
@@ -26,10 +28,10 @@ def material(law, more=""):
 
 
 def patch():
-    """A block whose faces lie inside cells, between rollers, under a pressure of a third of its modulus in
-    ten steps: its stress is that everywhere, whatever the domains do, though the particles cross cells. The
-    areas follow the first solution of a step, and pass on some 100 times what that leaves: it is solved to 1e-11."""
-    for domain in ("stretch", "corners"):
+    """A block whose faces lie inside cells, between rollers, under a pressure of a third of its modulus, in few
+    steps and in many: its stress is that everywhere, whatever the domains do, though the particles cross cells.
+    With loads that follow by corrections after each step short waves grew on the pressed face (1.8e-3)."""
+    for domain, step in (("stretch", 0.1), ("stretch", 0.025), ("corners", 0.1), ("corners", 0.025)):
         text = (
             "&scene title='patch', end_time=1 /\n"
             "&grid lower=0,0,0, upper=0.6,0.6,1, cell_size=0.1, "
@@ -38,41 +40,125 @@ def patch():
             + "&body material='soft', shape='box', lower=0,0,0, upper=0.35,0.35,0.65 /\n"
             "&pressure lower=0,0,0.65, upper=0.35,0.35,0.65, times=0,1, values=0,300 /\n"
             f"&time domain='{domain}' /\n"
-            f"&quasi_static step=0.1, max_step=0.1, tolerance=1e-11 /\n&output directory='patch_{domain}' /\n"
+            f"&quasi_static step={step}, max_step={step}, tolerance=1e-9 /\n&output directory='patch_{domain}_{step}' /\n"
         )
         run(text, 1)
-        stress = last_particles(f"patch_{domain}")["stress"]
+        stress = last_particles(f"patch_{domain}_{step}")["stress"]
         spread = stress - stress.mean(axis=0)
-        check(f"patch, {domain}: spread of the stress, relative", spread / np.abs(stress).max(), 1e-8)
-        check(
-            f"patch, {domain}: stress beside the axis, relative",
-            stress.mean(axis=0)[[0, 1, 3, 4, 5]] / 300,
-            1e-8,
-        )
+        what = f"patch, {domain}, steps of {step}"
+        check(f"{what}: spread of the stress, relative", spread / np.abs(stress).max(), 5e-6)
+        check(f"{what}: stress along the axis, relative", stress.mean(axis=0)[2] / 300 + 1, 1e-7)
+        check(f"{what}: stress beside the axis, relative", stress.mean(axis=0)[[0, 1, 3, 4, 5]] / 300, 1e-7)
+
+
+def rubber(poisson):
+    """Shear and bulk modulus, and the stresses along the axis and across it of eq. neo-hookean by the stretches
+    along it, across it, and across both."""
+    shear, bulk = YOUNG / 2 / (1 + poisson), YOUNG / 3 / (1 - 2 * poisson)
+
+    def stresses(*stretches):
+        stretches = np.array(np.broadcast_arrays(*stretches))
+        volume = stretches.prod(axis=0)
+        squares = stretches**2
+        return shear * volume ** (-5 / 3) * (squares - squares.mean(axis=0)) + bulk * (volume - 1)
+
+    return stresses
 
 
 def followed():
-    """Rubber under a pressure on its end, in steps of 0.1 of the load: the stress is minus the pressure, on the
-    end as it is at the step's end. On that of its start it was 2.6 % off at a tenth of the modulus, 5 % at a
-    fifth."""
-    for share, most in ((0.1, 0.003), (0.2, 0.01), (-0.2, 0.011)):
+    """Rubber under a pressure or a pull on its end, up to its modulus, in steps of 0.1 and 0.01 of the load: the
+    stress is minus the pressure, on the end as it is at the step's end, and the height that of the law. With
+    one correction of the area after each step the stress was 0.2 to 1.6 % off, and 100 steps ended with
+    status 3 at 0.29 of the modulus."""
+    for share, poisson, step, work in (
+        (0.1, 0.45, 0.1, 0.01),
+        (0.2, 0.45, 0.1, 0.01),
+        (-0.2, 0.45, 0.1, 0.01),
+        (1, 0.45, 0.1, 0.02),
+        (1, 0.3, 0.01, 0.001),
+    ):
+        name = f"followed_{share}_{step}"
         text = (
             "&scene title='followed', end_time=1 /\n"
             "&grid lower=0,0,0, upper=2,2,2, cell_size=0.25, "
             "boundary='symmetry','free','symmetry','free','roller','free' /\n"
-            + material("neo_hookean", ", poisson=0.45")
+            + material("neo_hookean", f", poisson={poisson}")
             + "&body material='soft', shape='box', lower=0,0,0, upper=1,1,1 /\n"
             f"&pressure lower=0,0,1, upper=1,1,1, times=0,1, values=0,{share * YOUNG!r} /\n"
-            "&quasi_static step=0.1 /\n&output directory='followed' /\n"
+            f"&quasi_static step={step}, max_step={step} /\n&output directory='{name}' /\n"
         )
         run(text, 1)
-        stress = last_particles("followed")["stress"]
-        check(f"followed, {share} E: stress along the axis", stress[:, 2] / (share * YOUNG) + 1, most)
-        rows = History("followed/energy.dat")
+        last = last_particles(name)
+        stress = last["stress"]
+        what = f"followed, {share} E in steps of {step}"
+        check(f"{what}: stress along the axis", stress[:, 2] / (share * YOUNG) + 1, 5e-5)
+        law = rubber(poisson)
+        ends = [share * YOUNG, 0]
+        along, _ = fsolve(lambda q: law(q[0], q[1], q[1])[:2] + ends, (1 - share / 2, 1 + share / 8))
+        height = last["position"][:, 2]
+        start = height - last["displacement"][:, 2]
+        check(f"{what}: heights by the law", height / (along * start) - 1, 5e-5)
+        rows = History(f"{name}/energy.dat")
+        check(f"{what}: work on particles", rows["particle_work"][-1] / rows["external_work"][-1] - 1, work)
+
+
+def squeezed():
+    """A ball of rubber under a pressure of half its modulus on all of its cut surface: by K (J - 1) = -p it keeps
+    0.4 of its volume. With areas that lag it ended with status 3 at 0.62 of that pressure."""
+    text = (
+        "&scene title='squeezed', end_time=1 /\n"
+        "&grid lower=0,0,0, upper=1.5,1.5,1.5, cell_size=0.25, "
+        "boundary='symmetry','free','symmetry','free','symmetry','free' /\n"
+        + material("neo_hookean", ", poisson=0.3")
+        + "&body material='soft', shape='sphere', center=0,0,0, radius=1 /\n"
+        f"&pressure lower=-0.1,-0.1,-0.1, upper=1.4,1.4,1.4, times=0,1, values=0,{0.5 * YOUNG} /\n"
+        "&quasi_static step=0.05, max_step=0.05 /\n&output directory='squeezed' /\n"
+    )
+    run(text, 1)
+    last = last_particles("squeezed")
+    pressure = -last["stress"][:, :3].mean(axis=1)
+    check("squeezed: mean pressure", np.average(pressure, weights=last["volume"]) / (0.5 * YOUNG) - 1, 0.01)
+    check("squeezed: volume", last["volume"].sum() / (0.4 * np.pi / 6) - 1, 0.015)
+
+
+def inflated():
+    """A thick tube of rubber, held along its axis, whose bore grows by a quarter under a pressure of a tenth of
+    the modulus: radii by the law and the equilibrium of rings. The pressed area follows with the particles'
+    gradients: of first order in the cell (with areas of each step's beginning 2.3 and 1.3 % off)."""
+    inner, outer, pressure = 4.0, 8.0, 0.1 * YOUNG
+    law = rubber(0.3)
+
+    def slopes(radius, y):
+        around, small = y[0] / radius, 1e-6
+        at = law(y[1], around, 1.0)
+        by_along = (law(y[1] + small, around, 1.0)[0] - law(y[1] - small, around, 1.0)[0]) / (2 * small)
+        by_around = (law(y[1], around + small, 1.0)[0] - law(y[1], around - small, 1.0)[0]) / (2 * small)
+        push = (at[1] - at[0]) * y[1] / y[0] - by_around * (y[1] - around) / radius
+        return np.array([y[1], push / by_along])
+
+    def sides(a, b):
+        return np.array([law(a[1], a[0] / inner, 1.0)[0] + pressure, law(b[1], b[0] / outer, 1.0)[0]])
+
+    radii = np.linspace(inner, outer, 100)
+    exact = solve_bvp(slopes, sides, radii, np.array([1.1 * radii, 0.9 + 0 * radii]), tol=1e-8)
+    require("inflated: the exact solution is there", exact.success)
+    for cell, most in ((0.5, 0.018), (0.25, 0.0095)):
+        text = (
+            "&scene title='inflated', end_time=1 /\n"
+            f"&grid geometry='axisymmetric', lower=0,0,0, upper=16,{cell},1, cell_size={cell}, "
+            "boundary='symmetry','free','symmetry','symmetry','symmetry','symmetry' /\n"
+            + material("neo_hookean", ", poisson=0.3")
+            + "&body material='soft', shape='box', lower=4,0,0, upper=8,1,1 /\n"
+            f"&pressure lower=4,0,0, upper=4,1,1, times=0,1, values=0,{pressure!r} /\n"
+            f"&quasi_static step=0.1, max_step=0.1 /\n&output directory='inflated_{cell}' /\n"
+        )
+        run(text, 1)
+        last = last_particles(f"inflated_{cell}")
+        start = last["position"][:, 0] - last["displacement"][:, 0]
         check(
-            f"followed, {share} E: work on particles",
-            rows["particle_work"][-1] / rows["external_work"][-1] - 1,
-            0.01,
+            f"inflated, cells of {cell}: displacements",
+            last["displacement"][:, 0] / (exact.sol(start)[0] - start) - 1,
+            most,
         )
 
 
@@ -358,6 +444,8 @@ def changes():
 if __name__ == "__main__":
     patch()
     followed()
+    squeezed()
+    inflated()
     plate()
     end_face()
     oblique()

@@ -150,7 +150,7 @@ TUBE = (
     + """&time domain='{domain}' /
 &material name='m', model='elastic', density=1, young=1e4, poisson=0.3 /
 &body material='m', shape='box', lower=4,0,0, upper=8,1,1, particles_per_cell=8 /
-&pressure lower=4,0,0, upper=4,1,1, times=0, values=1 /
+&pressure lower=4,0,0, upper=4,1,1, times=0, values=0.01 /
 &quasi_static step=1 /
 &output directory='{name}', formats='hdf5' /
 """
@@ -158,7 +158,8 @@ TUBE = (
 
 
 def tube():
-    """A tube under inner pressure, held along its axis, by one quasi-static step: Lame's displacements."""
+    """A tube under inner pressure of 1e-6 E, held along its axis, by one quasi-static step: Lame's
+    displacements."""
     inner, outer, young, poisson = 4.0, 8.0, 1e4, 0.3
     worst = []
     for domain, cell in (("stretch", 0.5), ("corners", 0.5), ("corners", 0.25)):
@@ -169,11 +170,11 @@ def tube():
         first, last = snapshots(name)
         order = [np.argsort(one.ids) for one in (first, last)]
         r, now = (one["position"][o, 0] for one, o in zip((first, last), order))
-        factor = (1 + poisson) / young * inner**2 / (outer**2 - inner**2)
+        factor = 0.01 * (1 + poisson) / young * inner**2 / (outer**2 - inner**2)
         exact = factor * ((1 - 2 * poisson) * r + outer**2 / r)
         worst.append(np.abs((now - r) / exact - 1).max())
         check(f"tube, {domain}, cells of {cell}: displacements", worst[-1], 2e-3)
-    check("tube: order", 4 * worst[2] / worst[1], 2.0)
+    check("tube: order", 4 * worst[2] / worst[1], 1.2)
 
 
 def cone():
