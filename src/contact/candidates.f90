@@ -7,6 +7,7 @@ module m_candidates
    use m_tool, only: tool_t
    use m_level, only: level_t
    use m_block, only: block_t
+   use m_field_table, only: field_table_t
    use m_half_edges, only: fitted_edges
    use m_scene_materials, only: materials_t
    use m_stencil, only: bin_place
@@ -31,8 +32,9 @@ module m_candidates
       integer :: pressure = 0  !< column of the contact pressure
       integer :: earlier = 0   !< column of what it was a step before
       integer :: traction = 0  !< first column of the friction; 0 where no tool has any
-      integer :: carried = 0   !< first column of the gaps that are carried on, one for each tool
-      integer :: deflected = 0 !< first column of deflections below the cells, one for each tool; 0: none
+      integer :: carried = 0   !< first column of the gaps that are carried on, one for each tool's sheets
+      integer :: deflected = 0 !< first column of deflections below the cells, likewise; 0: none
+      integer, allocatable :: slots(:) !< (tools + 1): columns of the tools before it
       integer :: dragged = 0   !< first column of those by friction
       integer :: left = 0      !< first column of the velocities that pressed points are left with, less those
                                !< that the tool is given; 0: none
@@ -50,6 +52,8 @@ module m_candidates
       procedure :: order_pairs
       procedure :: pressed
       procedure :: make_point
+      procedure :: declare_sheets
+      procedure :: set_slot
       procedure, private :: search
       procedure, private :: consider
       procedure, private :: take
@@ -96,7 +100,7 @@ contains
                call self%search(tools(t), level, materials, time_step, b, t, overlap(t))
          end do
          if (turns .and. level%blocks(b)%pressed) &
-            call self%shift_pressure_history(size(tools), level%blocks(b)%particles%count, &
+            call self%shift_pressure_history(self%slots(size(self%slots)), level%blocks(b)%particles%count, &
                                              level%blocks(b)%particles%column, level%blocks(b)%pressed)
       end do
       self%before(size(self%before)) = self%count
@@ -141,14 +145,16 @@ contains
       real(wp), intent(inout) :: overlap
       real(wp) :: reach !< no candidate's contact point is further from the tool, m
       integer, allocatable :: near(:)
-      integer :: n
+      integer :: n, sheet
       reach = min(fastest*level%grid%cell, &
                   self%width_ahead(t, thickest(level)) &
                   + time_step*(fastest_node(level%nodes(:, :, :, :, b), level%grid%rows) &
                                + tool%surface_speed()))
       call list_near(tool, level, b, reach, near)
       do n = 1, size(near)
-         call self%consider(tool, level, materials, time_step, [b, near(n), t], reach, overlap)
+         do sheet = 1, self%slots(t + 1) - self%slots(t)
+            call self%consider(tool, level, materials, time_step, [b, near(n), t], sheet, reach, overlap)
+         end do
       end do
    end subroutine search
 
@@ -187,17 +193,17 @@ contains
 
    !> The last pressures of a block's particles become the earlier ones; friction and carried gaps are 0 until
    !> they are found again. Where there was none of them, all is 0 and stays so.
-   pure subroutine shift_pressure_history(self, tools, count, column, pressed)
+   pure subroutine shift_pressure_history(self, slots, count, column, pressed)
       class(candidates_t), intent(in) :: self
-      integer, intent(in) :: tools, count !< how many tools and particles
+      integer, intent(in) :: slots, count !< how many sheets of tools, and particles
       real(wp), intent(inout), contiguous :: column(:, :)
       logical, intent(out) :: pressed !< some particle was
       integer :: p
-      associate (gaps => column(:count, self%carried:self%carried + tools - 1))
+      associate (gaps => column(:count, self%carried:self%carried + slots - 1))
          pressed = any(abs(gaps) > 0.0_wp)
          if (pressed) gaps = 0.0_wp
       end associate
-      if (pressed .and. self%deflected > 0) column(:count, self%deflected:self%deflected + tools - 1) = 0.0_wp
+      if (pressed .and. self%deflected > 0) column(:count, self%deflected:self%deflected + slots - 1) = 0.0_wp
       if (.not. pressed) pressed = any(column(:count, self%pressure) > 0.0_wp &
                                        .or. column(:count, self%earlier) > 0.0_wp)
       if (pressed) then
@@ -220,14 +226,16 @@ contains
             self%pressure) > 0.0_wp)
    end function pressed
 
-   !> Look at a particle of a bin: whether its contact point is near enough to a tool to get there in a step.
-   subroutine consider(self, tool, level, materials, time_step, number, reach, overlap)
+   !> Look at a particle of a bin: whether its contact point is near enough to a sheet of a tool to get there
+   !> in a step.
+   subroutine consider(self, tool, level, materials, time_step, number, sheet, reach, overlap)
       class(candidates_t), intent(inout) :: self
       type(tool_t), intent(in) :: tool
       type(level_t), intent(in) :: level
       type(materials_t), intent(in) :: materials
       real(wp), intent(in) :: time_step
       integer, intent(in) :: number(3) !< of the block, the particle and the tool
+      integer, intent(in) :: sheet
       real(wp), intent(in) :: reach    !< contact points that are further away do not get there, m
       real(wp), intent(inout) :: overlap
       type(candidate_t) :: new
@@ -237,18 +245,16 @@ contains
       p = number(2)
       associate (column => level%blocks(number(1))%particles%column)
          new = no_candidate
+         call self%set_slot(number(3), sheet, new)
          call find_point(tool, level, materials, number(1), p, reach, &
                          self%half_spaces%compliance_of(level, materials, number(1), p) > 0.0_wp, &
                          new, edge, thickness)
          if (new%gap > reach) return
-         if (is_beside_rim(new, edge, column(p, self%carried + number(3) - 1))) return
-         held = .false.
-         if (self%deflected > 0) then
-            new%deflection = column(p, self%deflected + number(3) - 1)
-            held = column(p, self%pressure) > 0.0_wp
-         end if
+         if (is_beside_rim(new, edge, column(p, self%carried + new%slot))) return
+         if (self%deflected > 0) new%deflection = column(p, self%deflected + new%slot)
+         held = self%deflected > 0 .and. column(p, self%pressure) > 0.0_wp
          overlap = max(overlap, -new%gap - new%deflection)
-         call carry_on(column(p, self%carried + number(3) - 1), thickness, held, new%gap, new%carried, &
+         call carry_on(column(p, self%carried + new%slot), thickness, held, new%gap, new%carried, &
                        new%drift)
          self%drift = max(self%drift, abs(new%drift))
          call self%take(tool, level, materials, time_step, number, new, edge, thickness)
@@ -272,6 +278,30 @@ contains
       if (.not. carried) drift = max(0.0_wp, -gap)
       gap = gap + drift
    end subroutine carry_on
+
+   !> Fields of gaps and deflections: a column for each sheet of each tool.
+   pure subroutine declare_sheets(self, tools, table)
+      class(candidates_t), intent(inout) :: self
+      type(tool_t), intent(in) :: tools(:)
+      type(field_table_t), intent(inout) :: table
+      integer :: sheets(size(tools)), t
+      sheets = [(tools(t)%spec%shape%sheets(), t=1, size(tools))]
+      self%slots = [(sum(sheets(:t)), t=0, size(sheets))]
+      call table%declare('contact_gap', sum(sheets), 'm', written=.false.)
+      self%carried = table%column('contact_gap')
+      if (.not. self%half_spaces%factor > 0.0_wp) return
+      call table%declare('contact_deflection', sum(sheets), 'm', written=.false.)
+      self%deflected = table%column('contact_deflection')
+   end subroutine declare_sheets
+
+   !> Set the sheet of a tool that a point meets, and its place among the columns of all.
+   pure subroutine set_slot(self, t, sheet, c)
+      class(candidates_t), intent(in) :: self
+      integer, intent(in) :: t, sheet !< numbers of the tool and of its sheet, from 1
+      type(candidate_t), intent(inout) :: c
+      c%slot = self%slots(t) + sheet - 1
+      c%sheet = merge(sheet, 0, self%slots(t + 1) - self%slots(t) > 1)
+   end subroutine set_slot
 
    !> Keep a candidate if the free motion would carry its contact point into the tool, or almost.
    subroutine take(self, tool, level, materials, time_step, number, new, edge, thickness)

@@ -120,12 +120,7 @@ contains
       call table%declare('last_contact_pressure', 1, 'Pa', written=.false.)
       self%candidates%earlier = table%column('last_contact_pressure')
       if (size(self%tools) == 0) return
-      call table%declare('contact_gap', size(self%tools), 'm', written=.false.)
-      self%candidates%carried = table%column('contact_gap')
-      if (self%spec%subcell > 0.0_wp) then
-         call table%declare('contact_deflection', size(self%tools), 'm', written=.false.)
-         self%candidates%deflected = table%column('contact_deflection')
-      end if
+      call self%candidates%declare_sheets(self%tools, table)
       if (self%strains_next) then
          call table%declare('contact_velocity', 3, 'm/s', written=.false.)
          self%candidates%left = table%column('contact_velocity')

@@ -18,6 +18,8 @@ module m_contact_point
    type :: candidate_t
       integer :: block = 0, particle = 0
       integer :: tool = 0                 !< number of the tool; 0: another body,
+      integer :: sheet = 0                !< sheet of the tool's surface that it meets; 0: there is one alone
+      integer :: slot = 0                 !< index from 0 of its column among those of the tools' sheets
       integer :: partner = 0              !< number in the list of partners
       type(face_weights_t) :: face        !< where its force acts: nodes and their weights
       real(wp) :: normal(3) = 0.0_wp !< outward from the tool or the other body

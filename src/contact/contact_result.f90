@@ -46,7 +46,9 @@ contains
             it%relaxed = 0.5_wp*it%relaxing*(it%force*it%deflection + dot_product( &
                                              matmul(it%tangent, it%tangential_force), it%shear_deflection))
             if (it%tool == 0) cycle ! body_pairs keeps it
-            column(it%particle, candidates%pressure) = it%force/it%area
+            associate (pressure => column(it%particle, candidates%pressure)) ! the largest of a tool's sheets
+               pressure = max(merge(pressure, 0.0_wp, it%sheet > 1), it%force/it%area)
+            end associate
             associate (deepest => candidates%deepest(it%tool))
                deepest = max(deepest, it%subcell*it%force/it%area)
             end associate
@@ -78,10 +80,9 @@ contains
       c%deflection = deflection
       if (c%tool == 0) return ! faces of bodies follow the material
       associate (column => level%blocks(c%block)%particles%column)
-         if (candidates%deflected > 0) column(c%particle, candidates%deflected + c%tool - 1) = deflection
+         if (candidates%deflected > 0) column(c%particle, candidates%deflected + c%slot) = deflection
       end associate
-      associate (gap => level%blocks(c%block)%particles%column(c%particle, candidates%carried + c%tool &
-            - 1))
+      associate (gap => level%blocks(c%block)%particles%column(c%particle, candidates%carried + c%slot))
          gap = c%gap + time_step*c%opening
          if (.not. abs(gap) > 0.0_wp) gap = tiny(gap) ! 0 would mean that no gap is carried
       end associate

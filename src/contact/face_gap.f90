@@ -25,7 +25,7 @@ contains
 
    !> The gap of a particle's contact point: its centre moved towards the tool by penetration_factor of its
    !> thickness along the normal. For a particle certainly further away than `reach` any gap beyond it.
-   subroutine find_gap(tool, level, materials, b, p, reach, gap, normal, edge, thickness)
+   subroutine find_gap(tool, level, materials, b, p, reach, gap, normal, edge, thickness, sheet)
       type(tool_t), intent(in) :: tool
       type(level_t), intent(in) :: level
       type(materials_t), intent(in) :: materials
@@ -34,15 +34,24 @@ contains
       real(wp), intent(out) :: gap           !< m
       real(wp), intent(out) :: normal(3)     !< outward from the tool
       real(wp), intent(out) :: edge, thickness !< of the particle, m
+      integer, intent(in), optional :: sheet   !< of the tool's surface; 0 or absent: all of it
+      integer :: part
       real(wp) :: limit !< of gaps of centres, m
+      part = 0
+      if (present(sheet)) part = sheet
       associate (block => level%blocks(b), column => level%blocks(b)%particles%column, at => level%layout)
          if (tool%spec%shape%is_searched()) then
             associate (law => materials%slots(materials%of_body(block%particles%body(p)))%law)
                limit = reach + farthest_face(tool, level, law, column(p, :))
             end associate
-            call tool%gap_within(column(p, at%position:at%position + 2), limit, gap, normal)
+            if (part > 0) then
+               call tool%sheet_within(column(p, at%position:at%position + 2), limit, part, gap, normal)
+            else
+               call tool%gap_within(column(p, at%position:at%position + 2), limit, gap, normal)
+            end if
             if (gap >= limit) return
-            if (gap <= -limit) call tool%gap_and_normal(column(p, at%position:at%position + 2), gap, normal)
+            if (gap <= -limit .and. part == 0) &
+               call tool%gap_and_normal(column(p, at%position:at%position + 2), gap, normal)
          else
             call tool%gap_and_normal(column(p, at%position:at%position + 2), gap, normal)
          end if

@@ -18,8 +18,8 @@ module m_rim_cut
 
 contains
 
-   !> Gap and normal of a particle's contact point, as find_gap; if the rim crosses its face, those of the
-   !> middle of the part under the tool, with that part.
+   !> Gap and normal of a particle's contact point with the candidate's sheet of a tool, as find_gap; if the
+   !> rim crosses its face, those of the middle of the part under the tool, with that part.
    subroutine find_point(tool, level, materials, b, p, reach, may_cut, c, edge, thickness)
       type(tool_t), intent(in) :: tool
       type(level_t), intent(in) :: level
@@ -40,7 +40,7 @@ contains
             return
          end if
       end if
-      call find_gap(tool, level, materials, b, p, reach, c%gap, c%normal, edge, thickness)
+      call find_gap(tool, level, materials, b, p, reach, c%gap, c%normal, edge, thickness, c%sheet)
    end subroutine find_point
 
    !> True of a face that is met with a part of it under the flat end, but stands higher than that: it is

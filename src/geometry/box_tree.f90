@@ -34,6 +34,7 @@ module m_box_tree
    type :: box_tree_t
       type(node_t), allocatable :: nodes(:)
       integer, allocatable :: number(:)       !< (entries): of the triangle
+      integer, allocatable :: sheet(:)        !< (entries): of the triangle, for searches of one sheet
       real(wp), allocatable :: shape(:, :, :) !< (lanes, 13, leaves): its first corner, the vectors a and b to
                                               !< the others; inverses of a.a, b.b, (b-a).(b-a), |a x b|^2
    contains
@@ -187,11 +188,13 @@ contains
       end function before
    end subroutine part
 
-   !> The nearest point of all triangles. `foot` may contain a point or a distance as a start.
-   pure subroutine nearest(self, place, foot)
+   !> The nearest point of all triangles, or of those of a sheet. `foot` may contain a point or a distance as
+   !> a start.
+   pure subroutine nearest(self, place, foot, sheet)
       class(box_tree_t), intent(in) :: self
       real(wp), intent(in) :: place(3) !< m
       type(foot_t), intent(inout) :: foot
+      integer, intent(in), optional :: sheet
       real(wp) :: waits(deepest), ways(lanes)
       integer :: stack(deepest), top, base, lane, at, next
       top = 1
@@ -205,7 +208,11 @@ contains
          if (next < 0) then
             ways = squared_to_triangles(self%shape(:, :, -next), place)
             do lane = 1, lanes
-               if (ways(lane) < slack*foot%squared) call self%look_at(lanes*(-next - 1) + lane, place, foot)
+               if (ways(lane) >= slack*foot%squared) cycle
+               if (present(sheet)) then
+                  if (self%sheet(lanes*(-next - 1) + lane) /= sheet) cycle
+               end if
+               call self%look_at(lanes*(-next - 1) + lane, place, foot)
             end do
             cycle
          end if

@@ -4,6 +4,7 @@ module m_closed_surface
    use m_kinds, only: wp
    use m_triangles, only: triangles_t
    use m_box_tree, only: box_tree_t, foot_t
+   use m_surface_sheets, only: sheets_t, find_sheets
    implicit none
    private
    public :: closed_surface_t
@@ -27,6 +28,7 @@ module m_closed_surface
    type :: closed_surface_t
       type(triangles_t) :: triangles
       type(box_tree_t) :: tree
+      type(sheets_t) :: sheets
       real(wp) :: lower(3) = 0.0_wp, upper(3) = 0.0_wp !< bounding box of the surface, m
       real(wp), private :: from(3) = 0.0_wp, edge = 0.0_wp !< corner of the cells and their edge, m
       real(wp), private :: per_edge = 0.0_wp               !< 1/m
@@ -36,11 +38,15 @@ module m_closed_surface
       procedure :: build
       procedure :: distance_and_normal
       procedure :: distance_within
+      procedure :: sheet_within
+      procedure :: distance_of_sheet
       procedure :: min_distance
       procedure :: max_distance
       procedure, private :: bound
       procedure, private :: cell_of
       procedure, private :: judge
+      procedure, private :: sheet_at
+      procedure, private :: is_inner
    end type closed_surface_t
 
 contains
@@ -54,6 +60,8 @@ contains
       integer :: i, j, k
       self%triangles = triangles
       call self%tree%build(triangles)
+      self%sheets = find_sheets(triangles)
+      if (self%sheets%count > 1) self%tree%sheet = self%sheets%of(self%tree%number)
       call triangles%bounds(self%lower, self%upper)
       wanted = min(cell_limit, max(min_cells, cells_a_triangle*triangles%count()))
       self%edge = (product(self%upper - self%lower)/wanted)**(1.0_wp/3.0_wp)
@@ -130,6 +138,81 @@ contains
          end if
       end if
    end subroutine distance_within
+
+   !> The distance below `limit` and the normal of a face of a sheet that a point is in front of; at least
+   !> `limit` if there is none. The nearest place of the whole surface counts for the sheet that it is on; on
+   !> others the foot of the point must be on a face, not at its end: there the nearest place is elsewhere.
+   pure subroutine sheet_within(self, place, limit, sheet, distance, normal)
+      class(closed_surface_t), intent(in) :: self
+      real(wp), intent(in) :: place(3), limit !< m
+      integer, intent(in) :: sheet
+      real(wp), intent(out) :: distance, normal(3)
+      type(foot_t) :: foot
+      call self%distance_within(place, limit, distance, normal)
+      if (distance >= limit) return
+      if (distance > -limit) then
+         foot%squared = limit**2
+         call self%tree%nearest(place, foot)
+      else ! far inside
+         call self%tree%nearest(place, foot)
+         call self%judge(foot, distance, normal)
+      end if
+      if (self%sheet_at(foot) == sheet) return
+      if (distance >= 0.0_wp) then
+         foot = foot_t()
+         foot%squared = limit**2
+         call self%tree%nearest(place, foot, sheet)
+         if (foot%place > 0) then
+            call self%judge(foot, distance, normal)
+            if (distance >= 0.0_wp .and. self%is_inner(foot)) return
+         end if
+      end if
+      distance = limit
+   end subroutine sheet_within
+
+   !> Signed distance and normal of the nearest face of a sheet, also beside it: there its plane goes on.
+   pure subroutine distance_of_sheet(self, place, sheet, distance, normal)
+      class(closed_surface_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      integer, intent(in) :: sheet
+      real(wp), intent(out) :: distance, normal(3)
+      type(foot_t) :: foot, all
+      call self%tree%nearest(place, foot, sheet)
+      call self%judge(foot, distance, normal)
+      if (self%is_inner(foot)) return
+      call self%tree%nearest(place, all)
+      if (self%sheet_at(all) == sheet) return ! at a convex edge
+      normal = self%triangles%face_normal(:, self%tree%number(foot%place))
+      distance = dot_product(foot%way, normal)
+   end subroutine distance_of_sheet
+
+   !> The sheet of a place on the surface: the lowest where several meet.
+   pure integer function sheet_at(self, foot) result(sheet)
+      class(closed_surface_t), intent(in) :: self
+      type(foot_t), intent(in) :: foot
+      associate (t => self%tree%number(foot%place))
+         sheet = self%sheets%of(t)
+         if (foot%feature >= 4) sheet = self%sheets%of_corner(self%triangles%of(foot%feature - 3, t))
+         if (foot%feature >= 1 .and. foot%feature <= 3) &
+            sheet = min(sheet, self%sheets%of(self%triangles%beside(foot%feature, t)))
+      end associate
+   end function sheet_at
+
+   !> True when only triangles of one sheet meet at a place.
+   pure logical function is_inner(self, foot)
+      class(closed_surface_t), intent(in) :: self
+      type(foot_t), intent(in) :: foot
+      associate (t => self%tree%number(foot%place))
+         select case (foot%feature)
+         case (0)
+            is_inner = .true.
+         case (1:3)
+            is_inner = self%sheets%of(self%triangles%beside(foot%feature, t)) == self%sheets%of(t)
+         case default
+            is_inner = self%sheets%inner_corner(self%triangles%of(foot%feature - 3, t))
+         end select
+      end associate
+   end function is_inner
 
    !> Bounds of the signed distance of a point, m, without a search: from the midpoints of the eight cells
    !> around, as it changes by no more than the distance to them.

@@ -49,6 +49,9 @@ module m_file_shape
       procedure :: file_name
       procedure :: distance_and_normal
       procedure :: distance_within
+      procedure :: sheets
+      procedure :: sheet_within
+      procedure :: distance_of_sheet
       procedure :: min_distance
       procedure :: max_distance
       procedure :: is_searched
@@ -299,6 +302,27 @@ contains
       real(wp), intent(out) :: distance, normal(3)
       call self%inside_of%distance_within(place, limit, distance, normal)
    end subroutine distance_within
+
+   pure integer function sheets(self)
+      class(file_shape_t), intent(in) :: self
+      sheets = self%inside_of%sheets%count
+   end function sheets
+
+   pure subroutine sheet_within(self, place, limit, sheet, distance, normal)
+      class(file_shape_t), intent(in) :: self
+      real(wp), intent(in) :: place(3), limit
+      integer, intent(in) :: sheet
+      real(wp), intent(out) :: distance, normal(3)
+      call self%inside_of%sheet_within(place, limit, sheet, distance, normal)
+   end subroutine sheet_within
+
+   pure subroutine distance_of_sheet(self, place, sheet, distance, normal)
+      class(file_shape_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      integer, intent(in) :: sheet
+      real(wp), intent(out) :: distance, normal(3)
+      call self%inside_of%distance_of_sheet(place, sheet, distance, normal)
+   end subroutine distance_of_sheet
 
    pure real(wp) function min_distance(self, place)
       class(file_shape_t), intent(in) :: self

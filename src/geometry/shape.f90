@@ -28,6 +28,9 @@ module m_shape
       procedure :: reach
       procedure :: distance
       procedure :: distance_within
+      procedure :: sheets
+      procedure :: sheet_within
+      procedure :: distance_of_sheet
       procedure :: min_distance
       procedure :: max_distance
       procedure :: is_searched
@@ -147,6 +150,31 @@ contains
       real(wp), intent(out) :: distance, normal(3)
       call self%distance_and_normal(place, distance, normal)
    end subroutine distance_within
+
+   !> Number of its sheets: above 1 where faces meet at a sharp concave edge; a body there touches several.
+   pure integer function sheets(self)
+      class(shape_t), intent(in) :: self
+      sheets = 1
+   end function sheets
+
+   !> As distance_within, for a face of a sheet that a point is in front of; at least `limit` if there is
+   !> none.
+   pure subroutine sheet_within(self, place, limit, sheet, distance, normal)
+      class(shape_t), intent(in) :: self
+      real(wp), intent(in) :: place(3), limit
+      integer, intent(in) :: sheet
+      real(wp), intent(out) :: distance, normal(3)
+      call self%distance_within(place, limit, distance, normal)
+   end subroutine sheet_within
+
+   !> As distance_and_normal, of a sheet, whose faces go on beside their ends.
+   pure subroutine distance_of_sheet(self, place, sheet, distance, normal)
+      class(shape_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      integer, intent(in) :: sheet
+      real(wp), intent(out) :: distance, normal(3)
+      call self%distance_and_normal(place, distance, normal)
+   end subroutine distance_of_sheet
 
    !> Lower bound of the signed distance of a point, m; to be used first where is_searched.
    pure real(wp) function min_distance(self, place)

@@ -16,6 +16,8 @@ module m_triangles
       real(wp), allocatable :: corner(:, :)        !< (3, corners), m
       integer, allocatable :: of(:, :)             !< (3, triangles): their corners, counter-clockwise from
                                                    !< outside
+      integer, allocatable :: beside(:, :)         !< (3, triangles): the triangle on the other side of each
+                                                   !< edge
       real(wp), allocatable :: face_normal(:, :)   !< (3, triangles), unit vectors outward
       real(wp), allocatable :: edge_normal(:, :, :) !< (3, 3, triangles): of the edge from each corner to the
                                                    !< next, of any length
@@ -124,7 +126,7 @@ contains
    pure subroutine close_up(self, fault)
       class(triangles_t), intent(inout) :: self
       character(len=:), allocatable, intent(out) :: fault
-      integer, allocatable :: slot(:), beside(:, :)
+      integer, allocatable :: slot(:)
       integer(i8) :: mask, key
       integer :: t, k, a, b
       fault = ''
@@ -148,7 +150,8 @@ contains
             slot(key) = 3*(t - 1) + k
          end do
       end do
-      allocate (beside(3, self%count()))
+      if (allocated(self%beside)) deallocate (self%beside)
+      allocate (self%beside(3, self%count()))
       do t = 1, self%count()
          do k = 1, 3
             key = found(self%of(corner_after(k), t), self%of(k, t))
@@ -158,10 +161,10 @@ contains
                        ' has no triangle on its other side'
                return
             end if
-            beside(k, t) = (slot(key) - 1)/3 + 1
+            self%beside(k, t) = (slot(key) - 1)/3 + 1
          end do
       end do
-      call self%find_normals(beside, fault)
+      call self%find_normals(fault)
       if (fault /= '') return
       if (.not. self%volume() > 0.0_wp) &
          fault = 'is inside out: its volume is negative; reverse the triangles (counter-clockwise seen '// &
@@ -188,9 +191,8 @@ contains
 
    !> Normals of faces; of edges the sum of both faces' normals; of corners the sum over the faces, weighted
    !> by their angles there (Baerentzen and Aanaes 2005).
-   pure subroutine find_normals(self, beside, fault)
+   pure subroutine find_normals(self, fault)
       class(triangles_t), intent(inout) :: self
-      integer, intent(in) :: beside(:, :) !< (3, triangles): the triangle on the other side of each edge
       character(len=:), allocatable, intent(inout) :: fault
       real(wp) :: side(3, 3), normal(3), longest
       integer :: t, k
@@ -218,7 +220,7 @@ contains
       end do
       do t = 1, self%count()
          do k = 1, 3
-            self%edge_normal(:, k, t) = self%face_normal(:, t) + self%face_normal(:, beside(k, t))
+            self%edge_normal(:, k, t) = self%face_normal(:, t) + self%face_normal(:, self%beside(k, t))
          end do
       end do
    end subroutine find_normals

@@ -118,7 +118,8 @@ contains
       if (model%step == 0) then
          do m = 1, size(model%contact%tools)
             call touch_at_start(scene, model%contact%tools(m), model%levels(size(model%levels)), &
-                                model%materials, model%contact%candidates%carried + m - 1)
+                                model%materials, model%contact%candidates%carried &
+                                + model%contact%candidates%slots(m))
          end do
       end if
       call self%change(model, scene%quasi_static%holds_at(model%time))

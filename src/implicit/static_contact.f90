@@ -70,38 +70,43 @@ contains
       real(wp), intent(in) :: reach      !< m
       real(wp), intent(in) :: compliance !< of a point: gap over cell under a pressure of Young's modulus
       integer, allocatable :: near(:)
-      integer :: b, n, t
+      integer :: b, n, sheet, t
       self%count = 0
       if (.not. allocated(self%list)) allocate (self%list(64))
       do b = 1, size(level%blocks)
          do t = 1, size(self%tools%now)
             call list_near(self%tools%now(t), level, b, reach, near)
             do n = 1, size(near)
-               call consider(self, level, materials, candidates, b, near(n), t, reach, compliance)
+               do sheet = 1, candidates%slots(t + 1) - candidates%slots(t)
+                  call consider(self, level, materials, candidates, [b, near(n), t], sheet, reach, compliance)
+               end do
             end do
          end do
       end do
    end subroutine find
 
-   !> Take a particle's point if it is near enough.
-   subroutine consider(self, level, materials, candidates, b, p, t, reach, compliance)
+   !> Take a particle's point if it is near enough to a sheet of a tool.
+   subroutine consider(self, level, materials, candidates, number, sheet, reach, compliance)
       class(static_contact_t), intent(inout) :: self
       type(level_t), intent(in) :: level
       type(materials_t), intent(in) :: materials
       type(candidates_t), intent(in) :: candidates
-      integer, intent(in) :: b, p, t  !< numbers of the block, the particle, the tool
+      integer, intent(in) :: number(3)  !< of the block, the particle, the tool
+      integer, intent(in) :: sheet
       real(wp), intent(in) :: reach, compliance
       type(static_point_t) :: new
       real(wp) :: edge, thickness, young
-      associate (c => new%point, block => level%blocks(b), column => level%blocks(b)%particles%column, &
+      associate (c => new%point, b => number(1), p => number(2), t => number(3), &
+                 block => level%blocks(number(1)), column => level%blocks(number(1))%particles%column, &
                  pressure => candidates%pressure, friction => candidates%traction)
+         call candidates%set_slot(t, sheet, c)
          call find_point(self%tools%now(t), level, materials, b, p, reach, &
                          candidates%half_spaces%compliance_of(level, materials, b, p) > 0.0_wp, c, &
                          edge, thickness)
          if (.not. c%gap <= reach) return
-         if (is_beside_rim(c, edge, column(p, candidates%carried + t - 1))) return
+         if (is_beside_rim(c, edge, column(p, candidates%carried + c%slot))) return
          call out_of_tool(c%gap, c%normal)
-         call candidates%make_point(level, materials, [b, p, t], edge, thickness, c)
+         call candidates%make_point(level, materials, number, edge, thickness, c)
          c%from = c%from + c%aside ! the gap is that of this position
          c%arm = c%arm - c%aside
          new%natural = self%tools%now(t)%spec%penetration_factor*thickness
@@ -129,12 +134,13 @@ contains
       subroutine out_of_tool(gap, normal)
          real(wp), intent(inout) :: gap, normal(3)
          real(wp) :: centre(3)
-         associate (factor => self%tools%now(t)%spec%penetration_factor, at => level%layout%position)
+         associate (b => number(1), p => number(2), t => number(3), at => level%layout%position, &
+                    factor => self%tools%now(number(3))%spec%penetration_factor)
             new%outward = normal
             if (.not. gap + factor*thickness < 0.0_wp) return
             centre = level%blocks(b)%particles%column(p, at:at + 2)
-            new%outward = self%tools%outward_at(t, centre)
-            call self%tools%gap_and_normal(t, centre, new%outward, gap, normal)
+            new%outward = self%tools%outward_at(t, new%point%sheet, centre)
+            call self%tools%gap_and_normal(t, new%point%sheet, centre, new%outward, gap, normal)
             call find_thickness(level, materials, b, p, normal, edge, thickness)
             gap = gap - factor*thickness
          end associate
@@ -143,13 +149,14 @@ contains
       !> Force and gap from the last step: the nodes' gap is without the compliance of the point.
       subroutine begin_where_left()
          real(wp) :: left
-         associate (column => level%blocks(b)%particles%column)
-            left = column(p, candidates%carried + t - 1)
+         associate (p => number(2), t => number(3), slot => new%point%slot, &
+                    column => level%blocks(number(1))%particles%column)
+            left = column(p, candidates%carried + slot)
             if (abs(left) > 0.0_wp) new%force_before = new%force
             if (new%force_before > 0.0_wp) &
                left = -(new%contact_compliance - new%subcell_compliance)*new%force_before
-            if (candidates%deflected > 0) left = left - column(p, candidates%deflected + t - 1)
-            new%depth = self%tools%depth_of(t, new%point%from, new%natural, left)
+            if (candidates%deflected > 0) left = left - column(p, candidates%deflected + slot)
+            new%depth = self%tools%depth_of(t, new%point%sheet, new%point%from, new%natural, left)
          end associate
       end subroutine begin_where_left
    end subroutine consider
@@ -207,12 +214,13 @@ contains
                it%slip = across(it%normal, it%kept + u + it%beside)
                cycle
             end if
-            call self%tools%gap_and_normal(t, it%point%from + u, it%outward, it%gap, it%normal)
+            call self%tools%gap_and_normal(t, it%point%sheet, it%point%from + u, it%outward, it%gap, &
+                                           it%normal)
             it%gap = it%gap - it%depth + dot_product(it%normal, it%beside)
             it%centre = it%point%from + u
             if (self%over_step) then ! the work of the force is by the change of the gap (eq. middle-normal)
                it%centre = it%centre - 0.5_wp*(u - self%tools%material_way(t, it%place))
-               call self%tools%gap_and_normal(t, it%centre, it%outward, gap, it%normal)
+               call self%tools%gap_and_normal(t, it%point%sheet, it%centre, it%outward, gap, it%normal)
             end if
             if (it%barred) it%gap = far
             if (.not. it%point%has_friction) cycle
@@ -286,7 +294,8 @@ contains
          associate (it => self%list(n))
             it%turning = 0.0_wp
             if (.not. it%force > 0.0_wp .or. it%point%tool == 0) cycle
-            it%turning = self%tools%turning_at(it%point%tool, it%centre, it%outward, probe*cell)
+            it%turning = self%tools%turning_at(it%point%tool, it%point%sheet, it%centre, it%outward, &
+                                               probe*cell)
             if (self%over_step) it%turning = 0.5_wp*it%turning
             most = 1.0_wp/cell
             if (it%depth > 0.0_wp .and. it%node_gap() > -0.5_wp*it%depth) &

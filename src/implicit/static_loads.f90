@@ -78,11 +78,12 @@ contains
       integer, intent(in) :: t
       integer :: b
       presses = .false.
-      associate (at => model%contact%candidates%carried + t - 1)
+      associate (first => model%contact%candidates%carried + model%contact%candidates%slots(t), &
+                 last => model%contact%candidates%carried + model%contact%candidates%slots(t + 1) - 1)
          do b = 1, size(model%levels(size(model%levels))%blocks)
             associate (particles => model%levels(size(model%levels))%blocks(b)%particles)
                if (particles%count == 0) cycle
-               presses = presses .or. any(abs(particles%column(:particles%count, at)) > 0.0_wp)
+               presses = presses .or. any(abs(particles%column(:particles%count, first:last)) > 0.0_wp)
             end associate
          end do
       end associate
@@ -215,8 +216,8 @@ contains
       type(static_contact_t), intent(in) :: contact
       type(model_t), intent(inout) :: model
       real(wp) :: way !< m
-      integer :: b, n, tools
-      tools = size(contact%tools%now)
+      integer :: b, n, slots
+      slots = model%contact%candidates%slots(size(model%contact%candidates%slots))
       associate (level => model%levels(size(model%levels)), at => model%contact%candidates)
          do b = 1, size(level%blocks)
             associate (block => level%blocks(b), last => level%blocks(b)%particles%count)
@@ -224,9 +225,9 @@ contains
                if (last == 0) cycle
                block%particles%column(:last, at%earlier) = block%particles%column(:last, at%pressure)
                block%particles%column(:last, at%pressure) = 0.0_wp
-               block%particles%column(:last, at%carried:at%carried + tools - 1) = 0.0_wp
+               block%particles%column(:last, at%carried:at%carried + slots - 1) = 0.0_wp
                if (at%deflected > 0) &
-                  block%particles%column(:last, at%deflected:at%deflected + tools - 1) = 0.0_wp
+                  block%particles%column(:last, at%deflected:at%deflected + slots - 1) = 0.0_wp
                if (at%dragged > 0) block%particles%column(:last, at%dragged:at%dragged + 2) = 0.0_wp
                if (at%traction > 0) &
                   block%particles%column(:last, at%traction:at%traction + 2) = 0.0_wp
@@ -237,15 +238,15 @@ contains
                if (it%point%tool == 0) cycle
                if (.not. it%force > 0.0_wp) then
                   if (is_carried(it)) &
-                     block%particles%column(it%point%particle, at%carried + it%point%tool - 1) = it%node_gap()
+                     block%particles%column(it%point%particle, at%carried + it%point%slot) = it%node_gap()
                   cycle
                end if
                block%pressed = .true.
                associate (column => block%particles%column, p => it%point%particle)
                   column(p, at%pressure) = column(p, at%pressure) + contact%share*it%force/it%point%area
                   way = dot_product(it%point%normal, it%deflection)
-                  column(p, at%carried + it%point%tool - 1) = merge(-way, tiny(1.0_wp), abs(way) > 0.0_wp)
-                  if (at%deflected > 0) column(p, at%deflected + it%point%tool - 1) = way
+                  column(p, at%carried + it%point%slot) = merge(-way, tiny(1.0_wp), abs(way) > 0.0_wp)
+                  if (at%deflected > 0) column(p, at%deflected + it%point%slot) = way
                   if (at%dragged > 0) column(p, at%dragged:at%dragged + 2) = it%deflection &
                      - way*it%point%normal
                   if (it%point%has_friction) column(p, at%traction:at%traction + 2) &
@@ -311,7 +312,7 @@ contains
       across = 0.0_wp
       associate (it => contact%list(n))
          if (it%point%tool > 0) then
-            call contact%tools%before(it%point%tool)%gap_and_normal(it%point%from, gap, normal)
+            call contact%tools%gap_before(it%point%tool, it%point%sheet, it%point%from, gap, normal)
             gap = gap - it%depth
          else
             gap = it%point%gap

@@ -25,6 +25,7 @@ module m_static_tools
       procedure :: place
       procedure :: shift
       procedure :: gap_and_normal
+      procedure :: gap_before
       procedure :: depth_of
       procedure :: outward_at
       procedure :: turning_at
@@ -101,19 +102,20 @@ contains
    !> The gap (m) of a point at the step's end, and the outward unit normal. Inside a tool the nearest face
    !> changes from one side of a ridge to the other, and its normal does not tell where the point came from:
    !> the gap is that of the point moved out along `outward`, minus that displacement.
-   pure subroutine gap_and_normal(self, t, place, outward, gap, normal)
+   pure subroutine gap_and_normal(self, t, sheet, place, outward, gap, normal)
       class(static_tools_t), intent(in) :: self
       integer, intent(in) :: t
+      integer, intent(in) :: sheet !< of the tool's surface; 0: there is one alone
       real(wp), intent(in) :: place(3), outward(3) !< m; a unit vector
       real(wp), intent(out) :: gap, normal(3)
       real(wp) :: aside(3), beyond, way
       integer :: try
-      call self%now(t)%gap_and_normal(place, gap, normal)
+      call look(self%now(t), sheet, place, gap, normal)
       if (.not. gap < 0.0_wp) return
       way = -gap
       do try = 1, max_attempts
          way = 2.0_wp*way
-         call self%now(t)%gap_and_normal(place + way*outward, beyond, aside)
+         call look(self%now(t), sheet, place + way*outward, beyond, aside)
          if (beyond < 0.0_wp) cycle
          gap = beyond - way
          normal = aside
@@ -121,42 +123,64 @@ contains
       end do
    end subroutine gap_and_normal
 
+   !> The gap (m) and the normal at the step's beginning.
+   pure subroutine gap_before(self, t, sheet, place, gap, normal)
+      class(static_tools_t), intent(in) :: self
+      integer, intent(in) :: t, sheet
+      real(wp), intent(in) :: place(3)
+      real(wp), intent(out) :: gap, normal(3)
+      call look(self%before(t), sheet, place, gap, normal)
+   end subroutine gap_before
+
+   !> Gap and normal to a sheet of a tool, or to its surface if there is one alone.
+   pure subroutine look(tool, sheet, place, gap, normal)
+      type(tool_t), intent(in) :: tool
+      integer, intent(in) :: sheet
+      real(wp), intent(in) :: place(3)
+      real(wp), intent(out) :: gap, normal(3)
+      if (sheet > 0) then
+         call tool%gap_of_sheet(place, sheet, gap, normal)
+      else
+         call tool%gap_and_normal(place, gap, normal)
+      end if
+   end subroutine look
+
    !> Depth of a particle's face below its centre, m: by its shape or, if the tool has pressed it, as left by
    !> the nodes after the last step, with this gap (theory.md, eq. carried-gap).
-   pure real(wp) function depth_of(self, t, centre, natural, left) result(depth)
+   pure real(wp) function depth_of(self, t, sheet, centre, natural, left) result(depth)
       class(static_tools_t), intent(in) :: self
-      integer, intent(in) :: t
+      integer, intent(in) :: t, sheet
       real(wp), intent(in) :: centre(3), natural !< m
       real(wp), intent(in) :: left               !< m; 0: none
       real(wp) :: gap, normal(3)
       depth = natural
       if (.not. abs(left) > 0.0_wp) return
-      call self%before(t)%gap_and_normal(centre, gap, normal)
+      call look(self%before(t), sheet, centre, gap, normal)
       depth = natural + max(-widest_drift*natural, min(widest_drift*natural, gap - left - natural))
    end function depth_of
 
    !> The direction in which a point (m) is outside a tool that may have passed over it in the step.
-   pure function outward_at(self, t, place) result(outward)
+   pure function outward_at(self, t, sheet, place) result(outward)
       class(static_tools_t), intent(in) :: self
-      integer, intent(in) :: t
+      integer, intent(in) :: t, sheet
       real(wp), intent(in) :: place(3)
       real(wp) :: outward(3), gap
-      call self%now(t)%gap_and_normal(place, gap, outward)
-      if (gap < 0.0_wp) call self%before(t)%gap_and_normal(place, gap, outward)
+      call look(self%now(t), sheet, place, gap, outward)
+      if (gap < 0.0_wp) call look(self%before(t), sheet, place, gap, outward)
    end function outward_at
 
    !> Rotation of the normal as a point moves, by finite differences over a span (m), 1/m.
-   pure function turning_at(self, t, place, outward, span) result(turning)
+   pure function turning_at(self, t, sheet, place, outward, span) result(turning)
       class(static_tools_t), intent(in) :: self
-      integer, intent(in) :: t
+      integer, intent(in) :: t, sheet
       real(wp), intent(in) :: place(3), outward(3), span
       real(wp) :: turning(3, 3), aside(3), gap, ahead(3), behind(3)
       integer :: k
       do k = 1, 3
          aside = 0.0_wp
          aside(k) = span
-         call self%gap_and_normal(t, place + aside, outward, gap, ahead)
-         call self%gap_and_normal(t, place - aside, outward, gap, behind)
+         call self%gap_and_normal(t, sheet, place + aside, outward, gap, ahead)
+         call self%gap_and_normal(t, sheet, place - aside, outward, gap, behind)
          turning(:, k) = (ahead - behind)/(2.0_wp*span)
       end do
       turning = 0.5_wp*(turning + transpose(turning))

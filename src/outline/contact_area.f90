@@ -157,7 +157,8 @@ contains
                   found(count) = surface_point_t(matmul(place, across), gap, edge, modulus=modulus)
                   found(count)%half = matmul(extents(column(near(n), :), level%layout), abs(across))
                   ! a gap that is carried on: it is pressed, or has just been
-                  if (abs(column(near(n), candidates%carried + number - 1)) > 0.0_wp) then
+                  if (any(abs(column(near(n), candidates%carried + candidates%slots(number): &
+                                     candidates%carried + candidates%slots(number + 1) - 1)) > 0.0_wp)) then
                      found(count)%pressed = 1.0_wp
                      found(count)%traction = column(near(n), candidates%pressure)
                   end if

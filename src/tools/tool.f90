@@ -48,6 +48,8 @@ module m_tool
       procedure :: along
       procedure :: gap_and_normal
       procedure :: gap_within
+      procedure :: gap_of_sheet
+      procedure :: sheet_within
       procedure :: min_gap
       procedure :: max_gap
       procedure :: velocity_at
@@ -365,14 +367,38 @@ contains
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: position(3) !< m
       real(wp), intent(out) :: gap, normal(3)
-      real(wp) :: own(3)
-      if (self%pivot == 0) then
-         call self%spec%shape%distance_and_normal(position - self%tip, gap, normal)
-      else
-         call self%spec%shape%distance_and_normal(matmul(position - self%tip, self%rotation), gap, own)
-         normal = matmul(self%rotation, own)
-      end if
+      call self%spec%shape%distance_and_normal(seen(self, position), gap, normal)
+      if (self%pivot > 0) normal = matmul(self%rotation, normal)
    end subroutine gap_and_normal
+
+   !> The same to a sheet of the surface, whose faces go on beside their ends.
+   pure subroutine gap_of_sheet(self, position, sheet, gap, normal)
+      class(tool_t), intent(in) :: self
+      real(wp), intent(in) :: position(3) !< m
+      integer, intent(in) :: sheet
+      real(wp), intent(out) :: gap, normal(3)
+      call self%spec%shape%distance_of_sheet(seen(self, position), sheet, gap, normal)
+      if (self%pivot > 0) normal = matmul(self%rotation, normal)
+   end subroutine gap_of_sheet
+
+   !> As gap_within, to a face of a sheet that a point is in front of; at least `limit` if there is none.
+   pure subroutine sheet_within(self, position, limit, sheet, gap, normal)
+      class(tool_t), intent(in) :: self
+      real(wp), intent(in) :: position(3), limit !< m
+      integer, intent(in) :: sheet
+      real(wp), intent(out) :: gap, normal(3)
+      call self%spec%shape%sheet_within(seen(self, position), limit, sheet, gap, normal)
+      if (self%pivot > 0) normal = matmul(self%rotation, normal)
+   end subroutine sheet_within
+
+   !> A place as the tool's shape sees it.
+   pure function seen(self, position) result(place)
+      class(tool_t), intent(in) :: self
+      real(wp), intent(in) :: position(3) !< m
+      real(wp) :: place(3)
+      place = position - self%tip
+      if (self%pivot > 0) place = matmul(place, self%rotation)
+   end function seen
 
    !> The same for a point with a gap (inwards too) below `limit`; else the gap may be a bound of the same
    !> sign, not below the limit in size, and the normal is undefined: this shortens a search.
@@ -380,34 +406,22 @@ contains
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: position(3), limit !< m
       real(wp), intent(out) :: gap, normal(3)
-      if (self%pivot == 0) then
-         call self%spec%shape%distance_within(position - self%tip, limit, gap, normal)
-      else
-         call self%spec%shape%distance_within(matmul(position - self%tip, self%rotation), limit, gap, normal)
-         normal = matmul(self%rotation, normal)
-      end if
+      call self%spec%shape%distance_within(seen(self, position), limit, gap, normal)
+      if (self%pivot > 0) normal = matmul(self%rotation, normal)
    end subroutine gap_within
 
    !> Lower bound of the gap, m; the gap itself where that needs no search.
    pure real(wp) function min_gap(self, position) result(gap)
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: position(3) !< m
-      if (self%pivot == 0) then
-         gap = self%spec%shape%min_distance(position - self%tip)
-      else
-         gap = self%spec%shape%min_distance(matmul(position - self%tip, self%rotation))
-      end if
+      gap = self%spec%shape%min_distance(seen(self, position))
    end function min_gap
 
    !> Upper bound of the gap, m; as min_gap.
    pure real(wp) function max_gap(self, position) result(gap)
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: position(3) !< m
-      if (self%pivot == 0) then
-         gap = self%spec%shape%max_distance(position - self%tip)
-      else
-         gap = self%spec%shape%max_distance(matmul(position - self%tip, self%rotation))
-      end if
+      gap = self%spec%shape%max_distance(seen(self, position))
    end function max_gap
 
 end module m_tool
