@@ -10,6 +10,8 @@ module m_tool_header
    private
    public :: tool_header
 
+   real(wp), parameter :: rounding = 1.0e-3_wp !< of a cell
+
 contains
 
    function tool_header(scene, n) result(header)
@@ -32,7 +34,8 @@ contains
                       'indented_body='//to_text(body), 'surface_gap='//exact_text(gap)]
    end function tool_header
 
-   !> The modelled share of the tool: one half for each symmetry plane that contains its axis.
+   !> The modelled share of the tool: one half for each symmetry plane that contains its axis; of a tool from
+   !> a file, for each that is parallel to its axis and that it meets at the start.
    pure real(wp) function model_share(scene, n) result(share)
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: n
@@ -47,10 +50,24 @@ contains
                plane = merge(grid%lower(axis), grid%upper(axis), side == 1)
                if (side_kinds(grid%boundary(2*axis - 2 + side))%mirrors &
                    .and. abs(tool%axis(axis)) < 1.0e-9_wp &
-                   .and. abs(tool%tip(axis) - plane) < 1.0e-9_wp*grid%cell_size) share = 0.5_wp*share
+                   .and. meets(axis, plane)) share = 0.5_wp*share
             end do
          end do
       end associate
+   contains
+      !> The tip of a file is any point of it; sizes in a file may be rounded.
+      pure logical function meets(axis, plane)
+         integer, intent(in) :: axis
+         real(wp), intent(in) :: plane !< m
+         real(wp) :: lower(3), upper(3)
+         associate (tool => scene%tools(n), cell => scene%grid%cell_size)
+            meets = abs(tool%tip(axis) - plane) < 1.0e-9_wp*cell
+            if (.not. tool%shape%is_searched()) return
+            call tool%shape%bounding_box(lower, upper)
+            meets = tool%tip(axis) + lower(axis) < plane + rounding*cell &
+                    .and. tool%tip(axis) + upper(axis) > plane - rounding*cell
+         end associate
+      end function meets
    end function model_share
 
 end module m_tool_header

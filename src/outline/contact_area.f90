@@ -44,6 +44,7 @@ module m_contact_area
    real(wp), parameter :: bears = 0.1_wp   !< of the mean pressure in contact: a point at a ridge that bears
                                            !< more,
    real(wp), parameter :: hovers = 0.25_wp !< edges: and whose gap is smaller, is in contact
+   real(wp), parameter :: stride = 1.0_wp/64.0_wp !< of the line back from a point: least step along it
    integer, parameter :: per_edge = 4       !< the area is counted in squares of 1/4 edge
    real(wp), parameter :: max_square = 4.0e6_wp
    integer, parameter :: point_reals = storage_size(surface_point_t())/storage_size(1.0_wp)
@@ -168,7 +169,8 @@ contains
                      found(count)%pressure = -sum(s(:3)*normal**2) - 2.0_wp*(s(4)*normal(2)*normal(3) &
                         + s(5)*normal(1)*normal(3) + s(6)*normal(1)*normal(2))
                   end associate
-                  call look_beside(tool, column(near(n), x:x + 2), 2.0_wp*reach, across, found(count))
+                  call look_beside(tool, column(near(n), x:x + 2), 2.0_wp*reach, across, normal, &
+                                   found(count))
                end do
             end associate
          end do
@@ -178,21 +180,44 @@ contains
 
    !> Whether a particle is beside the tool, so that none of the tool is above it. It counts by `beside` alone
    !> then, though part of its face may be pressed (eq. rim-cut).
-   subroutine look_beside(tool, centre, far, across, point)
+   subroutine look_beside(tool, centre, far, across, facing, point)
       type(tool_t), intent(in) :: tool
       real(wp), intent(in) :: centre(3)
       real(wp), intent(in) :: far !< back along the axis from there, beyond all gaps that are looked at, m
       real(wp), intent(in) :: across(3, 2)
+      real(wp), intent(in) :: facing(3) !< the tool's normal at the particle
       type(surface_point_t), intent(inout) :: point
       real(wp) :: back(3), normal(3)
-      back = centre - far*tool%spec%axis
-      point%beside = tool%max_gap(back)
+      back = -far*tool%spec%axis
+      ! the axis of a tool from a file may point away from what the tool presses
+      if (tool%spec%shape%is_searched() .and. dot_product(facing, back) > 0.0_wp) back = -back
+      point%beside = tool%max_gap(centre + back)
+      if (.not. point%beside > 0.0_wp) return ! inside; the gap itself may still be below 0
+      call tool%gap_and_normal(centre + back, point%beside, normal)
+      if (tool%spec%shape%is_searched()) call look_along(tool, centre, back, point%beside, normal)
       if (.not. point%beside > 0.0_wp) return
       point%place = matmul(centre, across)
       point%pressed = 0.0_wp
-      call tool%gap_and_normal(back, point%beside, normal)
       point%outwards = matmul(normal, across)
    end subroutine look_beside
+
+   !> The least gap on a line and the normal there: a tool from a file may end before the line does. The first
+   !> gap that is not above 0 is enough.
+   subroutine look_along(tool, start, way, least, normal)
+      type(tool_t), intent(in) :: tool
+      real(wp), intent(in) :: start(3), way(3) !< m
+      real(wp), intent(inout) :: least, normal(3) !< those at the end of the line; gap in m
+      real(wp) :: gap, gone, here(3) !< part of the line
+      gone = 0.0_wp
+      do while (gone < 1.0_wp .and. least > 0.0_wp)
+         call tool%gap_and_normal(start + gone*way, gap, here)
+         if (gap < least) then
+            least = gap
+            normal = here
+         end if
+         gone = gone + max(stride, gap/norm2(way)) ! steps of at most the gap pass no surface
+      end do
+   end subroutine look_along
 
    !> Elastic strain of a particle along a direction: the slope of the energy of stresses.
    pure real(wp) function elastic_strain(law, values, layout, direction) result(strain)
