@@ -9,6 +9,7 @@ module m_complaints
    use m_text, only: to_text
    use m_deform, only: all_finite
    use m_field_table, only: field_t
+   use m_side_kinds, only: side_kinds
    use m_g2p_boxes, only: fastest_t
    use m_model, only: model_t
    implicit none
@@ -71,28 +72,42 @@ contains
       end do
    end subroutine report_homeless
 
-   !> Name the particle that left the grid.
+   !> Name the particle that left the grid. Beyond a closed side there are only particles that have been moved
+   !> by more than the grid's width: from near the side they are mirrored back.
    subroutine report_outside(model, l, b, error)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
       type(error_t), intent(inout) :: error
       character(len=2), parameter :: sides(2, 3) = reshape(['x-', 'x+', 'y-', 'y+', 'z-', 'z+'], [2, 3])
+      real(wp) :: place
       integer :: axis, p
       associate (grid => model%levels(l)%grid, block => model%levels(l)%blocks(b), &
                  x => model%levels(l)%layout%position)
          do p = 1, block%particles%count
             do axis = 1, 3
-               if (block%particles%column(p, x + axis - 1) < grid%lower(axis)) call complain(sides(1, axis))
-               if (block%particles%column(p, x + axis - 1) > grid%upper(axis)) call complain(sides(2, axis))
+               place = block%particles%column(p, x + axis - 1)
+               if (place < grid%lower(axis)) call complain(1, (grid%lower(axis) - place)*grid%per_cell)
+               if (place > grid%upper(axis)) call complain(2, (place - grid%upper(axis))*grid%per_cell)
             end do
          end do
       end associate
    contains
-      subroutine complain(side)
-         character(len=*), intent(in) :: side
-         call fail(error, exit_numerical, particle_text(model, l, b, p)// &
-                   ' left the grid through its side '//side// &
-                   '; try a larger grid, or another boundary there')
+      subroutine complain(side, beyond)
+         integer, intent(in) :: side
+         real(wp), intent(in) :: beyond !< cells
+         associate (kind => side_kinds(model%levels(l)%grid%boundary(side, axis)))
+            if (kind%closed) then
+               call fail(error, exit_numerical, particle_text(model, l, b, p)//' is '//to_text(beyond, 3)// &
+                         ' cells beyond the '//trim(kind%name)//' side '//sides(side, axis)// &
+                         ', which material cannot pass: the motion is unstable or the particle''s '// &
+                         'domain is distorted; try a smaller safety, smaller cells, or rounded edges of '// &
+                         'tools', recoverable=.true.)
+            else
+               call fail(error, exit_numerical, particle_text(model, l, b, p)// &
+                         ' left the grid through its side '//sides(side, axis)// &
+                         '; try a larger grid, or another boundary there')
+            end if
+         end associate
       end subroutine complain
    end subroutine report_outside
 

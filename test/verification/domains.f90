@@ -14,6 +14,7 @@ program domains
    use m_model, only: model_t
    use m_advance, only: advance
    use m_clock, only: clock_t
+   use m_complaints, only: report_outside
    use m_grid_stages, only: particles_to_grid
    use m_schedule, only: by_blocks, shared_sums, nodal_solve
    use m_half_edges, only: half_edges
@@ -37,6 +38,8 @@ program domains
    end do
    call pushed(boundary_symmetry)
    call pushed(boundary_free)
+   call thrown(boundary_symmetry)
+   call thrown(boundary_free)
    print '(3x,a)', 'pulled to 4 lengths       pieces  density at inner nodes     splits  velocity off'
    do d = 1, 3
       call pull(d, 1)
@@ -98,6 +101,28 @@ contains
          call test%check_close(now%kinetic/start%kinetic, 1.0_wp, 1.0e-3_wp, 'and its energy')
       end associate
    end subroutine pushed
+
+   !> A particle far beyond a side: material cannot leave through a symmetry side, so the message does not ask
+   !> for a larger grid, and smaller steps are tried.
+   subroutine thrown(boundary)
+      integer, intent(in) :: boundary
+      type(model_t) :: model
+      type(scene_t) :: scene
+      type(error_t) :: error
+      logical :: free
+      if (comm%ranks > 1) return
+      scene = box(2, [8, 8, 8], [0, 2, 2], [3, 5, 5], 1000.0_wp, 8)
+      scene%grid%boundary(1) = boundary
+      call model%build(comm, scene, error)
+      model%levels(1)%blocks(1)%particles%column(1, model%levels(1)%layout%position) = -15.0_wp*cell
+      call report_outside(model, 1, 1, error)
+      free = boundary == boundary_free
+      call test%check(index(error%message, 'left the grid through its side x-; try a larger grid') > 0 &
+                      .eqv. free, 'thrown: the grid is too small at a free side alone')
+      call test%check(index(error%message, 'is 15 cells beyond the symmetry side x-, which material cannot') &
+                      > 0 .neqv. free, 'thrown: beyond a symmetry side')
+      call test%check(error%recoverable .neqv. free, 'thrown: smaller steps are tried')
+   end subroutine thrown
 
    !> Without stress every particle goes straight on.
    subroutine free_flight(d)
