@@ -4,10 +4,11 @@ module m_closing_summary
    use m_errors, only: error_t, fail
    use m_constants, only: program_version
    use m_text, only: to_text, exact_text, si, duration
-   use m_domain_kinds, only: domain_kinds
    use m_scene, only: scene_t, update_usf
    use m_side_kinds, only: side_kinds
+   use m_domain_kinds, only: domain_kinds
    use m_decomposition, only: all_owners
+   use m_remedies, only: remedy
    use m_model, only: model_t
    use m_energy, only: balance_t, sums_t, measure
    use m_machine, only: peak_memory
@@ -298,12 +299,13 @@ contains
             if (model%has_inertia) then
                call facts%say('WARNING: work of effects does not reach the particles they act on: their '// &
                               'forces act on nodes with almost no mass, and motion and stress there are '// &
-                              'inaccurate by as much; '//remedy(scene))
+                              'inaccurate by as much; '//remedy(scene, model))
             else
                call facts%say('WARNING: work of effects differs from that on the particles they act on: '// &
                               'a pressure acts in the direction that a face has at the start of a step, '// &
                               'and nodes with almost no mass move apart; motion and stress are '// &
-                              'inaccurate by as much; try a smaller step and max_step; '//remedy(scene))
+                              'inaccurate by as much; try a smaller step and max_step; '// &
+                              remedy(scene, model))
             end if
          end if
       end if
@@ -312,7 +314,8 @@ contains
       call facts%say(apart_text('tools: work', balance%worst_of_tools, balance%largest))
       if (balance%worst_of_tools > max(limit, quiet(model, balance))) &
          call facts%say('WARNING: work of tools differs from the work on the particles they press: '// &
-                        'loads are inaccurate by as much; '//remedy(scene))
+                        'the surface in contact does not move with the grid, and loads may be '// &
+                        'inaccurate, by less or by more than this share; '//remedy(scene, model))
    end subroutine say_work_done
 
    !> Message with the two values of a work.
@@ -323,18 +326,6 @@ contains
       text = what//' at nodes or tools and work on particles differ by at most '// &
              si(apart, 'J')//percent(apart, largest)//' of the largest energy or work'
    end function apart_text
-
-   !> The settings to use when loads and particles disagree, of those that the scene lacks.
-   function remedy(scene) result(text)
-      type(scene_t), intent(in) :: scene
-      character(len=:), allocatable :: text
-      text = 'try smaller cells there'
-      if (any(scene%bodies%particles_per_cell == 1)) text = text//', particles_per_cell=8'
-      associate (domain => domain_kinds(scene%time%domain))
-         if (.not. domain%deforms .or. (.not. domain%turns .and. size(scene%tools) > 0)) &
-            text = text//', domain=''corners'''
-      end associate
-   end function remedy
 
    !> Limit of energies that are round-off and not checked: nothing has moved, J.
    pure real(wp) function quiet(model, balance)
@@ -361,13 +352,13 @@ contains
             if (at_once > 0.0_wp) text = text//', of which '//si(at_once, 'J')// &
                                          ' may come of loads that act at once in the first step'
             text = text//'; where particles have moved far in a step, their forces are out of balance at '// &
-                   'the new places'//hardest_worked(model)//'; '//remedy(scene)//', a smaller step'
+                   'the new places'//hardest_worked(model)//'; '//remedy(scene, model)//', a smaller step'
          else if (balance%excess() > 0.0_wp) then
-            text = text//'; '//remedy(scene)//', a smaller safety'
+            text = text//'; '//remedy(scene, model)//', a smaller safety'
             if (scene%time%stress_update == update_usf) text = text//', stress_update=''usl'''
          else
             text = text//', in transfer or contact, where material tears, or in the energy that a law of '// &
-                   'small strain has at large strain; '//remedy(scene)
+                   'small strain has at large strain; '//remedy(scene, model)
             if (scene%time%flip_fraction < 1.0_wp) text = text//', flip_fraction=1'
             if (.not. scene%time%affine) text = text//', transfer=''affine'''
          end if

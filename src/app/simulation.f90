@@ -22,6 +22,7 @@ module m_simulation
    use m_changing, only: changing_t
    use m_time_step, only: longest_step, check_time_step
    use m_guard, only: guard_t
+   use m_remedies, only: remedy
    use m_domain_range, only: domain_range_t
    use m_energy, only: balance_t
    use m_recorder, only: recorder_t
@@ -166,7 +167,7 @@ contains
    subroutine start_guard(self)
       class(simulation_t), intent(inout) :: self
       call self%guard%start(self%scene%guard, self%model, longest_step(self%scene, self%model, &
-            self%model%time))
+            self%model%time), remedy(self%scene, self%model))
    end subroutine start_guard
 
    !> Collective: print the plan instead of running.

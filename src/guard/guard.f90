@@ -27,6 +27,7 @@ module m_guard
    type :: guard_t
       private
       type(guard_spec_t) :: spec
+      character(len=:), allocatable :: advice !< what to try when works differ
       type(saved_state_t) :: saved
       logical :: saves = .false.          !< a copy is kept: memory suffices
       real(wp) :: free = 0.0_wp           !< free memory of the machines when the program started, bytes
@@ -76,13 +77,15 @@ contains
 
    !> Collective: initialise when the model is in the run's initial state. All ranks must have room for their
    !> copies.
-   subroutine start(self, spec, model, time_step)
+   subroutine start(self, spec, model, time_step, advice)
       class(guard_t), intent(inout) :: self
       type(guard_spec_t), intent(in) :: spec
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: time_step !< the first, s
+      character(len=*), intent(in) :: advice !< what to try when works differ
       type(sums_t) :: sums
       self%spec = spec
+      self%advice = advice
       if (model%has_statics) then ! energies have integration errors of long steps, which are no sign of an
                                   ! error
          self%spec%energy_limit = 0.0_wp
@@ -269,7 +272,7 @@ contains
             call fail(error, exit_numerical, 'time '//si(model%time, 's')//': '//work_text(balance)//': '// &
                       to_text(apart, 3)//' J of difference, more than '//to_text(self%spec%work_limit)// &
                       ' of the largest energy or work, '//to_text(balance%largest, 3)// &
-                      ' J; try domain=''corners'', 8 or 27 particles per cell, or smaller cells')
+                      ' J; '//self%advice)
          end if
       end associate
    end subroutine check_work
@@ -351,9 +354,13 @@ contains
       logical, intent(out) :: stands !< the model is valid for output
       stands = self%saved%holds
       if (.not. stands) return
-      if (self%attempt > 0) error%message = error%message//'; '//count_text(self%attempt)// &
-                                            ' with steps down to 1/'// &
-                                            to_text(2**self%attempt)//' failed too'
+      if (self%attempt > 0 .and. error%recoverable) then
+         error%message = error%message//'; '//count_text(self%attempt)//' with steps down to 1/'// &
+                         to_text(2**self%attempt)//' failed too'
+      else if (self%attempt > 0) then
+         error%message = error%message//'; steps were 1/'//to_text(2**self%attempt)// &
+                         ' of the usual ones after an earlier fault (run.log)'
+      end if
       call self%saved%give_back(model, balance)
       self%gave_up = .true.
    end subroutine give_up

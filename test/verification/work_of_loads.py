@@ -115,6 +115,23 @@ def limit():
         "limit: no retry, for smaller steps do not heal it",
         "\nretry" not in log and "guard: no retries" in log,
     )
+    require(
+        "limit: it advises what the scene lacks",
+        "; try smaller cells there, domain='corners'; the last" in said,
+        said,
+    )
+    more = "&time domain='corners' /\n&damage tension_limit=1e12 /\n&guard work_limit=1e-3 /\n"
+    log = run(PUNCH.format(name="advised", shape=cone, friction=0, more=more), 2, allowed=(3,))
+    require(
+        "limit: with 'corners' and failed material that stays it advises to erode it",
+        "; try smaller cells there, erode=.true. in &damage; the last" in log,
+    )
+    sharp = "shape='cone', half_angle=20"
+    log = run(PUNCH.format(name="sharp", shape=sharp, friction=0, more="&guard work_limit=0 /\n"), 1)
+    require(
+        "limit: the warning does not take the share for the error of loads",
+        "WARNING: work of tools differs" in log and "by less or by more than this share" in log,
+    )
     log = run(PUNCH.format(name="none", shape=cone, friction=0, more="&guard work_limit=0 /\n"), 1)
     apart = float(
         re.search(r"^AUXDATA work_apart_of_tools_J=\"(\S+)\"", Path("none/cost.dat").read_text(), re.M)[1]
