@@ -1,10 +1,13 @@
 #!/usr/bin/env python3
 """Closed surfaces of triangles for shape='surface', written as STL or OBJ.
 
-    surfaces.py sphere OUT --radius R --facet H      a sphere, its foremost point in the origin, the rest
-    above surfaces.py cone OUT --half-angle A --height H --facet F surfaces.py die OUT --entry RE --exit RX
-    --outer RO --angle A --land L --facet F
+    surfaces.py sphere OUT --radius R --facet F
+    surfaces.py cone OUT --half-angle A --height H --facet F
+    surfaces.py die OUT --entry RE --exit RX --outer RO --angle A --land L --facet F
 
+Spheres and cones have their foremost point in the origin, the rest above. A die is about z, open at the top;
+its origin is where the land begins. No edge of a sphere or cone is longer than the facet F. Angles are in
+degrees.
 Lengths are in the unit of the file (`scale` of the scene makes metres of it). As a module it makes any turned
 body: `revolve(profile, segments)`.
 """

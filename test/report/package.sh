@@ -13,6 +13,8 @@ status=0
 for name in plots report hardness error_bar study solve identify movie closeup tool_surface pole_figure gallery benchmarks surfaces heights; do
    "$PYTHON" -m gimp3d $name --help | grep -q "^usage: gimp3d-post $name" || fail "gimp3d-post $name --help"
 done
+[ "$("$PYTHON" -m gimp3d surfaces --help | grep -cE '^ +[a-z0-9. -]+ (sphere|cone|die) OUT( --[a-z-]+ [A-Z]+)+$')" -eq 3 ] ||
+   fail 'gimp3d-post surfaces --help: one line each for sphere, cone and die'
 
 # what a command cannot do is one sentence: no run, and nothing is written
 refused() { # refused WORDS COMMAND...
