@@ -5,6 +5,7 @@ import numpy as np
 from . import indentation
 from .run_data import History, Unreadable
 from .scene_text import BadSetting
+from .study_scene import is_about_point
 
 
 def curve_of(run, quantity):
@@ -56,12 +57,13 @@ def load(run, quantity):
 
 
 def probe(run, quantity):
-    """Time and the column of a probe, or from the eight about a point its value there; displacement_x, _y, _z
+    """Time and the column of a probe, or from those about a point its value there; displacement_x, _y, _z
     are made of positions."""
     if not quantity.point:
         history = History(run.directory / f"probe_{quantity.probe}.dat")
         return history["time"], column_of(history, quantity.column)
-    probes = [History(run.directory / f"probe_p{corner}.dat") for corner in range(8)]
+    names = [one["name"][0] for one in run.case["probe"] if is_about_point(one)]
+    probes = [History(run.directory / f"probe_{name}.dat") for name in names]
     weights = weights_at(run, quantity, np.array([[one[axis][0] for axis in "xyz"] for one in probes]))
     values = sum(weight * column_of(one, quantity.column) for weight, one in zip(weights, probes))
     return probes[0]["time"], values
@@ -70,7 +72,7 @@ def probe(run, quantity):
 def weights_at(run, quantity, start):
     """What particles (n, 3) about the point count: the mean where they lie evenly about it, else what a
     straight line through them has there. At a side of symmetry their middle stands for the point."""
-    grid, sides = run.case["grid"][0], run.case["grid"][0]["boundary"]
+    grid, sides = run.case["grid"][0], run.case["grid"][0].get("boundary", [])
     off = (start - quantity.point) / run.cell
     for i in range(3):
         at_side = min(abs(quantity.point[i] - grid[side][i]) for side in ("lower", "upper")) < 1e-6 * run.cell

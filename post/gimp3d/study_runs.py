@@ -55,10 +55,9 @@ class Run:
         scene = scene_of(study.text, settings, study.setting)
         if study.setting.program:
             return scene
-        for quantity in study.quantities.values():
-            if quantity.point:
-                scene.remove("probe")
-                add_probes(scene, quantity.point)
+        point = next((one.point for one in study.quantities.values() if one.point), None)
+        if point:  # the same one of all quantities; other quantities may be of the scene's own probes
+            add_probes(scene, point)
         scene.remove("output")
         scene.remove("checkpoint")
         # Without snapshots; the directory is the run's own

@@ -218,26 +218,36 @@ def scene_of(text, settings, setting):
     return scene
 
 
+def is_about_point(probe):
+    """Whether a probe of a scene is one of add_probes."""
+    return probe.get("name", [""])[0].startswith("about_point_")
+
+
 def add_probes(scene, point):
     """Eight probes about a point (on sides of symmetry: beside it), in the middles of the particles around it
-    when it is a node of the grid. Names p0 to p7."""
+    when it is a node of the grid; four in a section, whose particles all have y = 0. Their names begin with
+    about_point_."""
     case = scene.values()
     grid, cell = case["grid"][0], case["grid"][0]["cell_size"][0]
-    levels = [one for one in case.get("level", []) if "upper" in one]
+    flat = is_flat(grid)
+    if flat and point[1] != 0:
+        raise BadSetting(f"point={list(point)}: with geometry='{grid['geometry'][0]}' y must be 0")
+    axes = (0, 2) if flat else (0, 1, 2)
     inside = [
         all(
-            low - 1e-9 * cell <= x <= high + 1e-9 * cell
-            for low, x, high in zip(one["lower"], point, one["upper"])
+            one["lower"][i] - 1e-9 * cell <= point[i] <= one["upper"][i] + 1e-9 * cell
+            for i in axes
         )
-        for one in levels
+        for one in case.get("level", [])
+        if "upper" in one
     ]
     cell *= 0.5 ** sum(inside)
     a_side = round(int(case["body"][0].get("particles_per_cell", [8])[0]) ** (1 / 3))
     off = cell / (2 * a_side)
-    for corner in range(8):
-        place = []
-        for i, x in enumerate(point):
-            sign = 1 if corner >> i & 1 else -1
+    for corner in range(2 ** len(axes)):
+        place = list(map(float, point))
+        for bit, i in enumerate(axes):
+            sign, x = 1 if corner >> bit & 1 else -1, point[i]
             at_low, at_high = abs(x - grid["lower"][i]) < 1e-6 * cell, abs(x - grid["upper"][i]) < 1e-6 * cell
-            place.append(float(f"{x + (off if at_low else -off if at_high else sign * off):.12g}"))
-        scene.add("probe", name=f"p{corner}", position=place)
+            place[i] = float(f"{x + (off if at_low else -off if at_high else sign * off):.12g}")
+        scene.add("probe", name=f"about_point_{corner}", position=place)

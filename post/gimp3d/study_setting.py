@@ -10,6 +10,11 @@ from .scene_text import BadSetting, Scene
 kinds = ("load", "probe", "energy", "frequency", "printed")
 
 
+def is_number(value):
+    """Whether a value of a study's file is a number."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
 @dataclasses.dataclass
 class Quantity:
     """What is compared, and with what."""
@@ -32,6 +37,8 @@ class Quantity:
             raise BadSetting(f"quantity {self.name}: kind='{self.kind}'; allowed: {', '.join(kinds)}")
         if self.kind in ("probe", "energy", "frequency") and not self.column:
             raise BadSetting(f"quantity {self.name}: kind='{self.kind}' needs a column")
+        if self.point and not (len(self.point) == 3 and all(map(is_number, self.point))):
+            raise BadSetting(f"quantity {self.name}: point={list(self.point)}; must be three numbers (m)")
         if not 0 <= self.window[0] < self.window[1] <= 1:
             raise BadSetting(f"quantity {self.name}: window={list(self.window)}; must rise within 0 to 1")
 

@@ -16,7 +16,7 @@ from gimp3d import study_setting
 from gimp3d.run_data import Unreadable, read_namelists
 from gimp3d.scene_text import BadSetting, Scene
 from gimp3d.study_body import box_around, size_of
-from gimp3d.study_scene import add_probes, scene_of
+from gimp3d.study_scene import add_probes, is_about_point, scene_of
 from checks import finish, near, require
 
 
@@ -219,6 +219,28 @@ require(
     and np.allclose(places.mean(axis=0), [0.0625, 1, 2])
     and np.allclose(np.ptp(places, axis=0), [0, 0.125, 0.125]),
 )
+for geometry in ("axisymmetric", "plane_strain"):
+    scene = Scene(
+        f"&grid geometry='{geometry}', lower=0,0, upper=2,3, cell_size=0.5, boundary=4*'free' /\n"
+        "&body particles_per_cell=8 /\n&probe name='own', position=1,0,1 /\n"
+    )
+    add_probes(scene, (1.0, 0.0, 2.0))
+    own, *about = read_namelists(scene.text)["probe"]
+    places = np.array([one["position"] for one in about])
+    require(
+        f"editing: {geometry}: four probes about a node, in the section; the scene's own stays",
+        own["name"] == ["own"]
+        and not is_about_point(own)
+        and all(map(is_about_point, about))
+        and places.shape == (4, 3)
+        and np.all(places[:, 1] == 0)
+        and np.allclose(places.mean(axis=0), [1, 0, 2])
+        and np.allclose(np.ptp(places, axis=0), [0.25, 0, 0.25]),
+    )
+    require(
+        f"editing: {geometry}: a point beside the section is refused",
+        refused(BadSetting, "y must be 0", lambda: add_probes(scene, (1.0, 0.1, 2.0))),
+    )
 require(
     "editing: a group that does not end is refused",
     refused(Unreadable, "does not end", lambda: read_namelists("&a b=1\n")),
@@ -303,6 +325,15 @@ require(
         "one side of it along z",
         lambda: quantities.weights_at(run, quantity, np.array([2, 3, 4.3]) + corners),
     ),
+)
+flat = read_namelists("&grid geometry='plane_strain', lower=0,0,0, upper=9,1,9, cell_size=1 /\n")
+run, quantity = SimpleNamespace(case=flat, cell=1.0), quantity
+quantity.point = (2.0, 0.0, 4.0)
+places = np.array([2.1, 0.0, 4.2]) + corners[[0, 1, 4, 5]] * (1, 0, 1)
+weights = quantities.weights_at(run, quantity, places)
+require(
+    "point: of the four particles of a section a linear field has its value there",
+    near(weights @ value(places), value(np.array(quantity.point))),
 )
 
 
