@@ -32,7 +32,7 @@ from . import study_report as report
 from . import study_setting
 from .run_data import Unreadable, senseless, text_in, why
 from .study_runs import Budget, Rejected, Run, described, session
-from .scene_text import BadSetting
+from .scene_text import BadSetting, Scene
 
 
 class Study:
@@ -41,6 +41,10 @@ class Study:
     def __init__(self, options):
         self.scene = options.scene
         self.text = text_in(options.scene)
+        for group in ("output", "checkpoint"):  # runs of a study have their own
+            count = len(Scene(self.text).groups(group))
+            if count > 1:
+                raise BadSetting(f"{options.scene}: {count} groups &{group}; allowed: 0 or 1")
         folder, name = options.scene.parent, f"{options.scene.stem}.toml"
         beside = [path for path in (folder / name, folder / "studies" / name) if path.is_file()]
         self.setting_path = options.setting or (beside[0] if beside else None)
@@ -150,13 +154,18 @@ class Comparison:
         self.finest = 0.0  # its cell, where nothing finer tells what other runs on it have, m
         if known is None:
             self.limit = self.own_reference(plan)
+        self.scale = (
+            1.0 if quantity.kind == "printed" else float(np.max(np.abs(self.reference(self.good[0]))))
+        )
+        if self.scale == 0.0:
+            raise BadSetting(
+                f"quantity {quantity.name}: {self.name} is 0 wherever it is compared, so that no error in per "
+                "cent of it can be had"
+            )
         self.errors = {run: self.error(run) for run in self.good}
         self.balances = {run: quantities.worst_balance(run) for run in self.good}
         limit = study.setting.balance_limit
         self.trusted = {run for run in self.good if self.balances[run] is None or self.balances[run] <= limit}
-        self.scale = (
-            1.0 if quantity.kind == "printed" else float(np.max(np.abs(self.reference(self.good[0]))))
-        )
 
     def own_reference(self, plan):
         """Of a run, or Richardson's limit of the main family; its finest run where that shows no order, and a

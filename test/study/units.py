@@ -10,7 +10,7 @@ import numpy as np
 
 ROOT = Path(sys.argv[1])
 from gimp3d import study_fit as fit
-from gimp3d.study import Comparison
+from gimp3d.study import Comparison, Study
 from gimp3d import study_quantity as quantities
 from gimp3d import study_setting
 from gimp3d.run_data import Unreadable, read_namelists
@@ -335,6 +335,39 @@ require(
     "point: of the four particles of a section a linear field has its value there",
     near(weights @ value(places), value(np.array(quantity.point))),
 )
+
+# ---- a quantity that is 0 ----
+
+Path("energy.dat").write_text(
+    'TITLE="t"\nVARIABLES="time [s]", "gravity [J]", "balance_error [1]"\nZONE T="t"\n'
+    + "".join(f"{t} 0 0\n" for t in range(5))
+)
+still = [
+    type("run", (), {"directory": Path("."), "settings": {}, "share": 1.0, "good": True, "cell": cell})
+    for cell in (1.0, 0.5, 0.25)
+]
+idle = study_setting.Quantity("idle", "energy", column="gravity")
+study = SimpleNamespace(quantity=idle, setting_path=None, setting=SimpleNamespace(balance_limit=5.0))
+plan = SimpleNamespace(
+    all=lambda: [("a", run) for run in still], reference=None, families={"a": still}, main="a"
+)
+require(
+    "a quantity that is 0 has no error in per cent, and a sentence says so",
+    refused(BadSetting, "quantity idle: the finest run of a is 0", lambda: Comparison(study, plan)),
+)
+
+# ---- outputs ----
+
+for group in ("output", "checkpoint"):
+    Path("twice.nml").write_text(f"&{group} /\n&{group.upper()} /\n")
+    require(
+        f"a scene with two &{group} is refused, as by the program",
+        refused(
+            BadSetting,
+            f"twice.nml: 2 groups &{group}; allowed: 0 or 1",
+            lambda: Study(SimpleNamespace(scene=Path("twice.nml"))),
+        ),
+    )
 
 
 def read(text):
