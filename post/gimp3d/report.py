@@ -102,6 +102,11 @@ class Report:
             self.problems.append(f"{name} cannot be read: {error}")
             return None
 
+    def is_of_run(self, path):
+        """Whether an analysis in the directory is not older than the run: an earlier run may have left it."""
+        began = self.log and self.log.began
+        return not began or path.stat().st_mtime >= began
+
     def find_particles(self):
         formats = self.run.case.get("output", [{}])[0].get("formats", ["hdf5"])
         try:
@@ -389,7 +394,7 @@ def charts_and_stills(report):
     for name, answer in report.answers.items():
         several = len(report.run.tools) > 1
         path = report.directory / (f"hardness_profile_{name}.csv" if several else "hardness_profile.csv")
-        if answer and path.is_file():
+        if answer and path.is_file() and report.is_of_run(path):
             specs += report.attempt(f"the profile of {name}", lambda: [report_charts.profile(path, name)])
     return specs, stills, words
 

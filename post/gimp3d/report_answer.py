@@ -49,15 +49,19 @@ def comes_back(tool, history):
 
 
 def hardness_of(report, name):
-    """What make hardness says of a tool: its file, made here where there is none and the tool comes back."""
+    """What make hardness says of a tool: its file, made here where the run has none and the tool comes
+    back."""
     several = len(report.run.tools) > 1
     path = report.directory / (f"hardness_{name}.json" if several else "hardness.json")
     tool, history = report.tools[name]
-    if not path.is_file() and report.state == "finished" and comes_back(tool, history):
+    there = path.is_file() and report.is_of_run(path)
+    if not there and report.state == "finished" and comes_back(tool, history):
         try:
             command("hardness", report.directory, tool=name, no_plots=True)
         except (RunFailed, OSError):  # the page goes on without: what is missing is said by make hardness
             return None
+    elif not there:
+        return None
     try:
         answer = json.loads(path.read_text())
     except (OSError, ValueError):

@@ -14,6 +14,12 @@ def hardness_sections(report):
     """A section for each file of make hardness: one, or one a tool."""
     made = []
     for path in sorted(report.directory.glob("hardness*.json")):
+        if not report.is_of_run(path):
+            report.problems.append(
+                f"{path.name} is older than the run: it is of an earlier one, and is not shown; make hardness "
+                "makes that of this run"
+            )
+            continue
         answer = report.read(path.name, lambda path: json.loads(path.read_text()))
         if isinstance(answer, dict):
             made.append(report.attempt(f"the hardness of {path.name}", lambda: of_tool(path.name, answer)))

@@ -4,6 +4,7 @@ The log is for people: lines that begin with a word (`grid`, `WARNING`, `retry 1
 Numbers are read from the AUXDATA of cost.dat, which is written where a run ends by itself."""
 
 import re
+import time
 from pathlib import Path
 
 alarms = re.compile(r"(WARNING: |warning  |range  |retry \d+: |run\.lock  )")
@@ -19,6 +20,7 @@ class RunLog:
     state     finished, stopped (wall limit, signal), fault, or open: still going on, or killed
     alarms    lines that warn, in their order, each once
     starts    numbers of times that the program was started
+    began     when it was started last (s since 1970); None where the log does not say
     """
 
     def __init__(self, text, facts=None):
@@ -54,6 +56,11 @@ class RunLog:
         """What the introduction says behind a word (`grid`, `particles`, ...); empty where it does not."""
         found = next((line for line in self.last if line.startswith(f"{word}  ")), "")
         return found[len(word) :].strip()
+
+    @property
+    def began(self):
+        found = re.search(r", began (\d+-\d+-\d+ \d+:\d+:\d+)", self.said("program"))
+        return time.mktime(time.strptime(found[1], "%Y-%m-%d %H:%M:%S")) if found else None
 
     @property
     def title(self):

@@ -42,7 +42,7 @@ from . import study_quantity as quantities
 from .run_data import Unreadable, depth_of, read_namelists, senseless, why
 from .scene_text import BadSetting, Scene, is_flat
 from .solve_model import Choice, Errors, MARGIN, Price, Sample, choose
-from .study import Study
+from .study import Study, clear
 from .study_body import size_of
 from .study_report import write_text
 from .study_runs import NoSection, Rejected, notes_of, share_of_processors
@@ -885,6 +885,7 @@ def find(options):
         if study.setting.program:
             raise BadSetting(f"{options.scene} is a scene of another program, which has no mode='plan'")
         study.setting.lenient = True
+        clear(study.directory, ("answer.json", "chosen.nml"))
         return solve_scene(study, options)
     except Missed as reason:
         raise NoAnswer(1, str(reason)) from None

@@ -400,6 +400,16 @@ def sentences(study, plan, results):
     return said
 
 
+# in the folder of a quantity
+written = "study.csv", "study.png", "shares.csv", "comparisons.csv", "answers.txt", "study.json"
+
+
+def clear(folder, names):
+    """Take files of an earlier command out of a folder: none may be taken for an answer of this one."""
+    for name in names:
+        (folder / name).unlink(missing_ok=True)
+
+
 def write(study, plan, results):
     comparison, rows, orders, front, shares, pairs, judged, front_runs = results
     folder = study.directory / study.quantity.name
@@ -534,6 +544,7 @@ def find(options):
             plan = Plan(study)
         except senseless as error:
             raise Unreadable(f"{options.scene}, or the file of its study: the scene {why(error)}")
+        clear(study.directory / study.quantity.name, written)
         budget = Budget(options.budget, lambda text: print(text, flush=True))
         budget.first_pass(plan.all())
         budget.repeats(

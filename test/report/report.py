@@ -221,6 +221,11 @@ def others():
             ["section-0", "chart-tool-cone"],
         ),
         "older": (["1 particle files here are not in the run's index"], ["section-0"], []),
+        "stale": (
+            ["hardness.json is older than the run", "hardness_other.json is older than the run"],
+            ["chart-energy"],
+            ["hardness", "hardness_other"],
+        ),
         "alarmed": (
             [
                 "WARNING: energy loss",

@@ -53,7 +53,10 @@ echo '{"max_depth": 50e-9, "hardness_true": 9.5e9, "hardness_true_uncertainty": 
 echo '{"max_depth": 70e-9, "unloadings": [{"max_depth": 40e-9, "hardness_true": 6e9, "hardness_true_uncertainty": 5e8},
 {"max_depth": 70e-9, "hardness_true": null}]}' >run/hardness_other.json
 
-for run in run killed tecplot bare caseless broken older alarmed fault; do
+cp -r run stale
+touch -d '2000-01-01' stale/hardness*.json
+
+for run in run killed tecplot bare caseless broken older alarmed fault stale; do
    report "$run" || { cat report.log; fail "the report of $run"; }
    grep -q "^$run/report.html$" report.log || fail "the report of $run is not named"
    if ls "$run"/.*.part 2>/dev/null; then fail "a partial page was left in $run"; fi

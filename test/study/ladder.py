@@ -188,6 +188,9 @@ for sentence, options, old, new in (
         f"refused: {sentence}: {wrong.strip()[-150:]}",
         status == 2 and sentence in wrong and "Traceback" not in wrong,
     )
+    if sentence == "no.csv":
+        left = sorted(path.name for path in Path("out/load").iterdir())
+        require(f"a study that fails leaves no answer of an earlier one: {left}", not left)
 status, said, wrong = study(scene="absent.nml")
 require(
     "a scene that is not there is refused", status == 2 and "absent.nml" in wrong and "Traceback" not in wrong

@@ -329,7 +329,11 @@ require(
     "runs of the scene itself: gimp3d: line 3, &body: is no body of revolution" in said
     and plain["section"] is None,
 )
+solve(1000, 1e9, out="out_never", A=0.2, ORDER=1.0)
+require("an answer that an earlier command gave", Path("out_never/answer.json").is_file())
 status, said, answer, calls = solve(0.001, 1e9, out="out_never", A=0.2, ORDER=1.0)
+left = [name for name in ("answer.json", "chosen.nml") if Path("out_never", name).exists()]
+require(f"nothing of it is left where this one has none: {left}", not left)
 require("an error that no settings have", status == 1 and "is not to be had" in said)
 status, said, answer, _ = solve(1, 1e5, out="out_jump", A=0.02, ORDER=1.5, JUMP=0.45)
 require(
