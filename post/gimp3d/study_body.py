@@ -2,7 +2,7 @@
 
 import math
 
-from .scene_text import BadSetting
+from .scene_text import BadSetting, is_flat
 
 
 def set_body(scene, factor, setting):
@@ -78,11 +78,21 @@ def free_sides(values, lower, upper):
     if len(pressed) != 1:
         raise BadSetting(f"body: pressed from {len(pressed)} sides; it has to be one")
     pressed = pressed.pop()
+    for side in symmetric:
+        if side // 2 == 1 and is_flat(values["grid"][0]):
+            continue
+        low, high = (values["grid"][0][name][side // 2] for name in ("lower", "upper"))
+        gap = high - upper[side // 2] if side % 2 else lower[side // 2] - low
+        if gap > 1e-6 * (high - low):
+            name = "xyz"[side // 2] + "-+"[side % 2]
+            raise BadSetting(f"body: it does not reach the side of symmetry {name}")
     if pressed ^ 1 in symmetric:
         raise BadSetting("body: the side opposite the pressed one is one of symmetry")
     if pressed < 4 and any(body["shape"][0].lower() == "cylinder" for body in bodies):
         raise BadSetting("body: a cylinder that is pressed from the side")
     free = [side for side in range(6) if side != pressed and side not in symmetric]
+    if all(side // 2 == pressed // 2 for side in free):
+        raise BadSetting("body: its pressed face has no free side beside it")
     for _, low, high in reaches:
         for side in free:
             k = side // 2

@@ -435,11 +435,23 @@ aside = (
 )
 wide = shipped["cone_levels"] + "&pressure lower=0,0,{top}, upper=1,1,{top}, times=0, values=1 /\n"
 top = box_around(read_namelists(shipped["cone_levels"]))[1][2]
+bore = """&grid geometry='axisymmetric', lower=0,0, upper=9,2, cell_size=1,
+   boundary='symmetry','free','symmetry','symmetry' /
+&body shape='box', lower=4,0,0, upper=8,1,2 /
+&pressure lower=4,0,0, upper=4,1,2, times=0, values=1 /
+"""
+column = """&grid geometry='plane_strain', lower=0,0, upper=9,3, cell_size=1,
+   boundary='symmetry','symmetry','roller','free' /
+&body shape='box', lower=0,0,0, upper=9,1,2 /
+&pressure lower=0,0,2, upper=9,1,2, times=0, values=1 /
+"""
 for word, text in (
     ("opposite the pressed", shipped["billet"]),
     ("pressed from the side", aside),
     ("has a &cut", shipped["hertz"] + "&cut body='b', shape='box' /\n"),
     ("has a &gravity", shipped["hertz"] + "&gravity acceleration=0,0,-9.81 /\n"),
+    ("does not reach the side of symmetry x-", bore),
+    ("no free side beside it", column),
     ("reaches beyond", wide.format(top=top)),
     ("under a wedge", shipped["hertz"].replace("'sphere', radius", "'wedge', radius")),
 ):
