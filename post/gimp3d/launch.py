@@ -34,12 +34,19 @@ def find_program(program=None):
     )
 
 
+def check_ranks(ranks):
+    """Raises RunFailed (2) where a number of ranks is none."""
+    if ranks < 1 or ranks != int(ranks):
+        raise RunFailed(2, f"ranks={ranks}; allowed: whole numbers from 1 on")
+
+
 def run(scene, ranks=1, program=None, progress=True, directory=None, environment=None):
     """Run a scene to its end: the Run. `scene` is a Scene, a text or a file; `directory` is where it writes
     instead of what its &output says; `program` is the path of the program (find_program); progress=True shows
     the last line of the run's console. RunFailed, with the program's sentence, if it ends with a status that
     is not 0, and where there is no such program."""
     scene = scene.copy() if isinstance(scene, Scene) else Scene(scene)
+    check_ranks(ranks)
     if directory is not None:
         scene.ensure("output")
         scene.set("output", "directory", str(directory))
@@ -91,6 +98,7 @@ def run(scene, ranks=1, program=None, progress=True, directory=None, environment
 def run_many(scenes, ranks=1, cores=None, **options):
     """Many scenes at once, as many as the cores hold: their Runs in the same order, or RunFailed where one
     has failed (the others are run to their ends). Each must write into a directory of its own."""
+    check_ranks(ranks)
     scenes = [scene if isinstance(scene, Scene) else Scene(scene) for scene in scenes]
     places = [str(scene.directory) for scene in scenes]
     if len(set(places)) < len(places):

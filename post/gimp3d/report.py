@@ -38,6 +38,7 @@ from .run_data import (
     particle_files,
     read_namelists,
     snapshot_paths,
+    why,
 )
 from .run_log import RunLog
 
@@ -146,7 +147,7 @@ class Report:
             return make()
         except (Unreadable, KeyError, IndexError, ValueError, StopIteration) as error:
             reason = (
-                f"what the run wrote lacks {error}" if isinstance(error, (KeyError, IndexError)) else error
+                f"what the run wrote {why(error)}" if isinstance(error, (KeyError, IndexError)) else error
             )
             self.problems.append(f"{what} could not be made: {reason}")
             return []

@@ -18,12 +18,24 @@ class Unreadable(Exception):
     """A file is not what it should be; the text says which and why."""
 
 
+class NoColumn(Unreadable, KeyError):
+    """A file has no quantity of a name; the text says which it has."""
+
+    __str__ = Exception.__str__
+
+    def __init__(self, path, name, there):
+        super().__init__(f"{path}: no {name!r}; there are {', '.join(there)}")
+        self.name = name
+
+
 # What code that reads a file raises where the file is whole, but does not hold what it should
 senseless = (KeyError, IndexError, TypeError, ValueError, AttributeError, ArithmeticError)
 
 
 def why(error):
     """What one of `senseless` says, as the end of a sentence."""
+    if isinstance(error, NoColumn):
+        return f"lacks {error.name!r}"
     if isinstance(error, (KeyError, IndexError)):
         return f"lacks {error}"
     return f"does not make sense ({error})"
@@ -50,7 +62,7 @@ class History:
     rows. A last line that has no end is left out."""
 
     def __init__(self, path):
-        path = Path(path)
+        self.path = path = Path(path)
         self.zones = 0
         self.notes = {}  # AUXDATA
         names, blocks, in_variables, packed = [], [], False, False
@@ -102,6 +114,9 @@ class History:
         return np.reshape(values, (width, -1)).T if packed else np.reshape(values, (-1, width))
 
     def __getitem__(self, name):
+        """A column. Raises NoColumn."""
+        if name not in self.columns:
+            raise NoColumn(self.path, name, self.columns)
         return self.columns[name]
 
     def frame(self):
@@ -232,6 +247,9 @@ class Particles:
         }
 
     def __getitem__(self, name):
+        """A field. Raises NoColumn."""
+        if name not in self.fields:
+            raise NoColumn(self.path, name, self.fields)
         return self.fields[name]
 
     def smooth_stress(self):

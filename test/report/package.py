@@ -184,5 +184,12 @@ refuses("one of the environment that is not there", f"GIMP3D={missing}", lambda:
 os.environ["GIMP3D"] = given
 refuses("a tool that is not there", "no tool 'no'; its tools are cone", lambda: result.load_depth("no"))
 refuses("its history", "no tool 'no'; its tools are cone", lambda: result.tool("no"))
+for ranks in (0, -1, 1.5):
+    words = f"ranks={ranks}; allowed: whole numbers from 1 on"
+    refuses(f"{ranks} ranks", words, lambda: run(scene, ranks=ranks))
+    refuses(f"many on {ranks} ranks", words, lambda: run_many([scene], ranks=ranks))
+refuses("a quantity of a snapshot", "no 'Points'; there are position, ", lambda: last["Points"])
+refuses("the same as a KeyError", "particles_", lambda: last["Points"], KeyError)
+refuses("a column of a history", "tool_cone.dat: no 'depht'; there are time, ", lambda: tool["depht"])
 refuses("a run without tools", "there is no tool; it has none", lambda: Run("odd").load_depth())
 finish()
