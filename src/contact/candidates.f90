@@ -7,7 +7,7 @@ module m_candidates
    use m_tool, only: tool_t
    use m_level, only: level_t
    use m_block, only: block_t
-   use m_field_table, only: field_table_t
+   use m_contact_columns, only: contact_columns_t
    use m_half_edges, only: fitted_edges
    use m_scene_materials, only: materials_t
    use m_stencil, only: bin_place
@@ -23,21 +23,12 @@ module m_candidates
    public :: candidates_t, carry_on, ahead_of
 
    !> Those of this rank.
-   type :: candidates_t
+   type, extends(contact_columns_t) :: candidates_t
       type(candidate_t), allocatable :: list(:)   !< first those of tools, then those between bodies
       type(partner_t), allocatable :: partners(:) !< other bodies of the latter
       integer :: count = 0
       integer :: paired = 0       !< of them between bodies
       integer :: frictional = 0   !< of them with friction
-      integer :: pressure = 0  !< column of the contact pressure
-      integer :: earlier = 0   !< column of what it was a step before
-      integer :: traction = 0  !< first column of the friction; 0 where no tool has any
-      integer :: carried = 0   !< first column of the gaps that are carried on, one for each tool's sheets
-      integer :: deflected = 0 !< first column of deflections below the cells, likewise; 0: none
-      integer, allocatable :: slots(:) !< (tools + 1): columns of the tools before it
-      integer :: dragged = 0   !< first column of those by friction
-      integer :: left = 0      !< first column of the velocities that pressed points are left with, less those
-                               !< that the tool is given; 0: none
       type(half_spaces_t) :: half_spaces
       real(wp), allocatable :: deepest(:)  !< (tools): the largest pressure of the last step, of all ranks,
                                            !< times that compliance, m
@@ -52,8 +43,6 @@ module m_candidates
       procedure :: order_pairs
       procedure :: pressed
       procedure :: make_point
-      procedure :: declare_sheets
-      procedure :: set_slot
       procedure, private :: search
       procedure, private :: consider
       procedure, private :: take
@@ -213,6 +202,7 @@ contains
             column(p, self%pressure) = 0.0_wp
          end do
       end if
+      if (self%own > 0) column(:count, self%own:self%own + self%own_width*slots - 1) = 0.0_wp
       if (self%traction > 0) column(:count, self%traction:self%traction + 2) = 0.0_wp
       if (self%dragged > 0) column(:count, self%dragged:self%dragged + 2) = 0.0_wp
    end subroutine shift_pressure_history
@@ -278,30 +268,6 @@ contains
       if (.not. carried) drift = max(0.0_wp, -gap)
       gap = gap + drift
    end subroutine carry_on
-
-   !> Fields of gaps and deflections: a column for each sheet of each tool.
-   pure subroutine declare_sheets(self, tools, table)
-      class(candidates_t), intent(inout) :: self
-      type(tool_t), intent(in) :: tools(:)
-      type(field_table_t), intent(inout) :: table
-      integer :: sheets(size(tools)), t
-      sheets = [(tools(t)%spec%shape%sheets(), t=1, size(tools))]
-      self%slots = [(sum(sheets(:t)), t=0, size(sheets))]
-      call table%declare('contact_gap', sum(sheets), 'm', written=.false.)
-      self%carried = table%column('contact_gap')
-      if (.not. self%half_spaces%factor > 0.0_wp) return
-      call table%declare('contact_deflection', sum(sheets), 'm', written=.false.)
-      self%deflected = table%column('contact_deflection')
-   end subroutine declare_sheets
-
-   !> Set the sheet of a tool that a point meets, and its place among the columns of all.
-   pure subroutine set_slot(self, t, sheet, c)
-      class(candidates_t), intent(in) :: self
-      integer, intent(in) :: t, sheet !< numbers of the tool and of its sheet, from 1
-      type(candidate_t), intent(inout) :: c
-      c%slot = self%slots(t) + sheet - 1
-      c%sheet = merge(sheet, 0, self%slots(t + 1) - self%slots(t) > 1)
-   end subroutine set_slot
 
    !> Keep a candidate if the free motion would carry its contact point into the tool, or almost.
    subroutine take(self, tool, level, materials, time_step, number, new, edge, thickness)

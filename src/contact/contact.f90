@@ -18,11 +18,10 @@ module m_contact
    use m_candidates, only: candidates_t
    use m_body_pairs, only: body_pairs_t
    use m_pair_reactions, only: find_slip
-   use m_contact_point, only: point_velocity, place_of
+   use m_contact_point, only: point_velocity, place_of, friction_limit
    use m_vectors, only: cross
    use m_contact_result, only: keep_solution, held_gap
    use m_friction_law, only: has_friction
-   use m_friction_limit, only: friction_limit
    use m_friction, only: friction_t
    use m_tool_reactions, only: reaction_t, tool_state_t, accumulate_reactions, add_particle_work, add_up
    use m_contact_system, only: contact_system_t
@@ -37,6 +36,7 @@ module m_contact
       type(tool_state_t), allocatable :: states(:)
       type(contact_spec_t) :: spec
       logical :: strains_apart = .false.    !< the stress has a separate nodal solution ('usf', 'musl'),
+      logical :: is_implicit = .false.      !< some steps are
       logical :: strains_next = .false.     !< computed at the beginning of the next step ('usf')
       real(wp), allocatable :: given(:, :)  !< (6, tools): velocities at the origin and spins of the tools in
                                             !< the step, where the stress is updated first; 0 for load-driven
@@ -103,6 +103,7 @@ contains
          self%tools(t) = make_tool(scene%tools(t), reshape([scene%grid%lower, scene%grid%upper], [3, 2]))
       end do
       self%spec = scene%contact
+      self%is_implicit = scene%quasi_static%present
       allocate (self%candidates%deepest(size(scene%tools)), source=0.0_wp)
       call self%candidates%half_spaces%build(scene)
       allocate (self%given(6, size(scene%tools)), self%before(6, size(scene%tools)), source=0.0_wp)
@@ -120,7 +121,7 @@ contains
       call table%declare('last_contact_pressure', 1, 'Pa', written=.false.)
       self%candidates%earlier = table%column('last_contact_pressure')
       if (size(self%tools) == 0) return
-      call self%candidates%declare_sheets(self%tools, table)
+      call self%candidates%declare_sheets(self%tools, table, self%is_implicit, self%spec%subcell > 0.0_wp)
       if (self%strains_next) then
          call table%declare('contact_velocity', 3, 'm/s', written=.false.)
          self%candidates%left = table%column('contact_velocity')

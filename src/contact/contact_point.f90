@@ -6,13 +6,14 @@ module m_contact_point
    use m_node_values, only: v_x, v_z
    use m_side_kinds, only: boundary_symmetry
    use m_level, only: level_t
+   use m_scene, only: body_contact_spec_t
    use m_tool, only: tool_t
    use m_grid_level, only: grid_level_t
    use m_face_weights, only: face_weights_t, weigh, mix
    implicit none
    private
    public :: candidate_t, no_candidate, partner_t, drift_of, width_of, set_face, place_face, spread_inward, &
-             point_velocity, tool_velocity, place_of, overlap_rate, margin, sliding
+             point_velocity, tool_velocity, place_of, overlap_rate, margin, sliding, friction_limit
 
    !> A particle that would end the step inside a tool or another body, or within a margin of it.
    type :: candidate_t
@@ -203,5 +204,18 @@ contains
       real(wp) :: velocity(3)
       velocity = tools(c%tool)%velocity_at(place_of(c))
    end function tool_velocity
+
+   !> Largest tangential force (N) of a point at a pressing force; the strength of a bond is added.
+   pure real(wp) function friction_limit(c, tools, pairs, pressing) result(limit)
+      type(candidate_t), intent(in) :: c
+      type(tool_t), intent(in) :: tools(:)
+      type(body_contact_spec_t), intent(in) :: pairs(:)
+      real(wp), intent(in) :: pressing !< N, without the adhesive tension
+      if (c%tool > 0) then
+         limit = tools(c%tool)%spec%friction%limit(pressing, c%area)
+      else ! both sides of the contact have points: each bears half
+         limit = pairs(c%pair)%friction%limit(pressing, 0.5_wp*c%area) + c%shear_strength
+      end if
+   end function friction_limit
 
 end module m_contact_point

@@ -52,6 +52,8 @@ contains
             associate (deepest => candidates%deepest(it%tool))
                deepest = max(deepest, it%subcell*it%force/it%area)
             end associate
+            call candidates%keep_own(column(it%particle, :), it, it%force/it%area, &
+                                     matmul(it%tangent, it%tangential_force)/it%area)
             if (it%frictional == 0) cycle
             column(it%particle, first:first + 2) = matmul(it%tangent, it%tangential_force)/it%area
             if (candidates%dragged > 0) &

@@ -14,10 +14,9 @@ module m_static_contact
    use m_static_pairs, only: static_pairs_t
    use m_scene, only: body_contact_spec_t
    use m_friction_law, only: has_friction
-   use m_friction_limit, only: friction_limit
    use m_subcell, only: beside_subcell
    use m_half_spaces, only: young_modulus
-   use m_contact_point, only: candidate_t, place_of
+   use m_contact_point, only: candidate_t, place_of, friction_limit
    use m_static_point, only: static_point_t, across
    implicit none
    private
@@ -95,10 +94,10 @@ contains
       integer, intent(in) :: sheet
       real(wp), intent(in) :: reach, compliance
       type(static_point_t) :: new
+      real(wp) :: before(4) ! pressure and friction of the last step, Pa
       real(wp) :: edge, thickness, young
       associate (c => new%point, b => number(1), p => number(2), t => number(3), &
-                 block => level%blocks(number(1)), column => level%blocks(number(1))%particles%column, &
-                 pressure => candidates%pressure, friction => candidates%traction)
+                 block => level%blocks(number(1)), column => level%blocks(number(1))%particles%column)
          call candidates%set_slot(t, sheet, c)
          call find_point(self%tools%now(t), level, materials, b, p, reach, &
                          candidates%half_spaces%compliance_of(level, materials, b, p) > 0.0_wp, c, &
@@ -116,12 +115,13 @@ contains
          if (c%subcell > 0.0_wp) &
             new%contact_compliance = beside_subcell*new%contact_compliance + new%subcell_compliance
          new%barred = self%tools%away(t)
-         if (.not. new%barred) new%force = column(p, pressure)*c%area/self%share
+         before = candidates%before_of(column(p, :), c)
+         if (.not. new%barred) new%force = before(1)*c%area/self%share
          call begin_where_left()
          new%pressed = (new%force > 0.0_wp .or. c%gap <= touches*level%grid%cell) .and. .not. new%barred
          c%has_friction = has_friction(self%tools%now(t)%spec%friction)
          if (c%has_friction) then
-            new%friction_force = column(p, friction:friction + 2)*c%area/self%share
+            new%friction_force = before(2:)*c%area/self%share
             new%kept = -(new%contact_compliance - new%subcell_compliance)*new%friction_force
             new%friction_before = new%friction_force
             if (candidates%dragged > 0) &

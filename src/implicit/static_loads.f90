@@ -228,6 +228,8 @@ contains
                block%particles%column(:last, at%carried:at%carried + slots - 1) = 0.0_wp
                if (at%deflected > 0) &
                   block%particles%column(:last, at%deflected:at%deflected + slots - 1) = 0.0_wp
+               if (at%own > 0) &
+                  block%particles%column(:last, at%own:at%own + at%own_width*slots - 1) = 0.0_wp
                if (at%dragged > 0) block%particles%column(:last, at%dragged:at%dragged + 2) = 0.0_wp
                if (at%traction > 0) &
                   block%particles%column(:last, at%traction:at%traction + 2) = 0.0_wp
@@ -244,6 +246,8 @@ contains
                block%pressed = .true.
                associate (column => block%particles%column, p => it%point%particle)
                   column(p, at%pressure) = column(p, at%pressure) + contact%share*it%force/it%point%area
+                  call at%keep_own(column(p, :), it%point, contact%share*it%force/it%point%area, &
+                                   contact%share*it%friction_force/it%point%area)
                   way = dot_product(it%point%normal, it%deflection)
                   column(p, at%carried + it%point%slot) = merge(-way, tiny(1.0_wp), abs(way) > 0.0_wp)
                   if (at%deflected > 0) column(p, at%deflected + it%point%slot) = way

@@ -1,5 +1,8 @@
 """Dies from files whose faces meet at sharp concave edges: metal confined in one file presses as in one file a
-face, and by the law; in explicit and quasi-static steps, with friction, and in a cavity of three faces. usage: concave.py (in an empty directory; GIMP3D is the program)"""
+face, and by the law; in explicit and quasi-static steps, with friction, and in a cavity of three faces. In
+quasi-static steps a particle under two tools began each step with the pressure of both at each: the energy was
+2.8 % off, and in steps a fifth as long 16 %, the load 8 % too high. usage: concave.py (in an empty directory;
+GIMP3D is the program)"""
 
 from pathlib import Path
 
@@ -76,15 +79,18 @@ solid("wall.stl", lambda x, y, z: x > 4, along, (-1.0, 2.0), up)
 solid("cup.stl", lambda x, y, z: x > 4 or y > 4 or z < 0, along, along, up)
 damped = "&damping kind='viscous', coefficient=1e5 /"
 static = "&quasi_static step=2e-6, max_step=5e-6 /"
-for name, more, friction, most in (
-    ("explicit", damped, "", 0.003),
-    ("static", static, "", 0.012),
-    ("rubbed", static, ", friction=0.1", 1),
+for name, more, friction in (
+    ("explicit", damped, ""),
+    ("static", static, ""),
+    ("rubbed", static, ", friction=0.1"),
 ):
     one, depth = pressed(f"{name}_one", [("die.stl", friction)], more)
     two, _ = pressed(f"{name}_two", [("floor.stl", friction), ("wall.stl", friction)], more)
     check(f"{name}: pressure in one file against that in a file a face", one / two - 1, 1e-6)
-    check(f"{name}: pressure by the law", one / by_law(depth) - 1, most)
+    if not friction:
+        check(f"{name}: pressure by the law", one / by_law(depth) - 1, 0.008)
+    energy = History(Path(f"{name}_one") / "energy.dat")
+    check(f"{name}: energy balance", energy["balance_error"][-1], 0.002)
 cup, depth = pressed("cup", [("cup.stl", "")], damped, width=4e-3, end=5e-5, ranks=2)
 check("cup of three faces on two ranks: pressure by the law", cup / by_law(depth) - 1, 0.01)
 finish()
