@@ -12,7 +12,8 @@ module m_grains
    use m_grid_level, only: grid_level_t
    use m_group_reader, only: group_reader_t
    use m_level, only: level_t
-   use m_orientations, only: angle_words, numbers_of, turn_into_bunge, bunge_degrees
+   use m_orientations, only: angle_words, numbers_of, same_kind, name_of_kind, forms_of_kind, &
+      turn_into_bunge, bunge_degrees
    use m_particle_store, only: particle_store_t
    use m_rotations, only: from_euler
    use m_text, only: to_text
@@ -120,6 +121,7 @@ contains
          fault = 'has been changed: its checksum is '//checksum//', the scene was made with '//self%checksum
       if (fault == '') call self%fit_into_box(found, fault)
       if (fault == '') call check_form(found, self%angles, fault)
+      if (fault == '') call check_names(found, self%angles, fault)
       if (fault /= '') then
          call group%refuse('file', fault)
          return
@@ -184,6 +186,24 @@ contains
                  trim(angle_words(form))//'''; allowed: without angles' ! degrees are bunge_degrees
       end if
    end subroutine check_form
+
+   !> The form given in the scene must be of the kind that the file's columns are named for. Only for Euler
+   !> angles it may be absent: Rodrigues vectors, quaternions and matrices are written for opposite rotations.
+   subroutine check_names(found, form, fault)
+      type(grain_list_t), intent(in) :: found
+      integer, intent(in) :: form !< as given in the scene; 0: not given
+      character(len=:), allocatable, intent(inout) :: fault
+      if (found%named == 0) return
+      if (form == 0 .and. same_kind(found%named, bunge_degrees)) return
+      if (form > 0) then
+         if (same_kind(found%named, form)) return
+         fault = 'names columns of '//name_of_kind(found%named)//', and angles is '''// &
+                 trim(angle_words(form))//''', '//name_of_kind(form)
+      else
+         fault = 'names columns of '//name_of_kind(found%named)//', and not which rotation they describe'
+      end if
+      fault = fault//'; allowed: with angles, one of '//joined(forms_of_kind(found%named))
+   end subroutine check_names
 
    !> Convert orientations to Bunge's angles in degrees. If their form is not given, and no number is above 2
    !> pi, the form is required.

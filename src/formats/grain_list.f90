@@ -9,6 +9,8 @@ module m_grain_list
       real(wp), allocatable :: orientations(:)    !< `numbers` of each grain
       integer :: numbers = 0                      !< per orientation
       integer :: form = 0                         !< one of angle_words, as given by the file; 0: not given
+      integer :: named = 0                        !< a form of the kind that the file's names of columns say;
+                                                  !< 0: they are not there
       character(len=:), allocatable :: unclear    !< the file's name of the form, where that is ambiguous
       real(wp), allocatable :: positions(:)       !< x y z of each seed, m, or in the unit of `size`
       real(wp), allocatable :: weights(:)         !< of each seed, a length

@@ -9,16 +9,19 @@ module m_orientations
    use m_vectors, only: cross
    implicit none
    private
-   public :: angle_words, numbers_of, turn_into_bunge, neper_form
+   public :: angle_words, numbers_of, same_kind, name_of_kind, forms_of_kind, turn_into_bunge, neper_form
 
    character(len=*), parameter :: angle_words(14) = [character(len=18) :: 'degrees', 'radians', &
       'bunge_degrees', 'bunge_radians', 'kocks_degrees', 'roe_degrees', 'rodrigues', 'rodrigues_inverse', &
       'axis_angle', 'axis_angle_radians', 'quaternion', 'quaternion_inverse', 'matrix', 'matrix_inverse']
-   integer, parameter, public :: bunge_degrees = 3, bunge_radians = 4
-   integer, parameter :: kocks_degrees = 5, roe_degrees = 6, rodrigues = 7, rodrigues_inverse = 8, &
-                         axis_angle = 9, axis_angle_radians = 10, quaternion = 11, quaternion_inverse = 12, &
-                         matrix = 13, matrix_inverse = 14
+   integer, parameter, public :: bunge_degrees = 3, bunge_radians = 4, rodrigues = 7, quaternion = 11, &
+                                 matrix = 13
+   integer, parameter :: kocks_degrees = 5, roe_degrees = 6, rodrigues_inverse = 8, axis_angle = 9, &
+                         axis_angle_radians = 10, quaternion_inverse = 12, matrix_inverse = 14
    integer, parameter :: numbers(14) = [3, 3, 3, 3, 3, 3, 3, 3, 4, 4, 4, 4, 9, 9]
+   integer, parameter :: kind_of(14) = [1, 1, 1, 1, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]
+   character(len=17), parameter :: kinds(5) = [character(len=17) :: 'Euler angles', 'Rodrigues vectors', &
+      'axes and angles', 'quaternions', 'matrices']
    real(wp), parameter :: of_length_1 = 1.0e-2_wp, square = 1.0e-2_wp
    real(wp), parameter :: max_radians = 7.0_wp !< 2 pi with round-off
 
@@ -30,6 +33,26 @@ contains
       numbers_of = 0
       if (form > 0) numbers_of = numbers(form)
    end function numbers_of
+
+   !> True for two forms of the same kind of numbers: Euler angles, Rodrigues vectors, quaternions, ...
+   pure logical function same_kind(form, other)
+      integer, intent(in) :: form, other
+      same_kind = kind_of(form) == kind_of(other)
+   end function same_kind
+
+   pure function name_of_kind(form) result(name)
+      integer, intent(in) :: form
+      character(len=:), allocatable :: name
+      name = trim(kinds(kind_of(form)))
+   end function name_of_kind
+
+   !> The words of all forms of the same kind, without the short ones of Bunge's angles.
+   pure function forms_of_kind(form) result(words)
+      integer, intent(in) :: form
+      character(len=len(angle_words)), allocatable :: words(:)
+      integer :: n
+      words = pack(angle_words, [(same_kind(n, form) .and. n >= bunge_degrees, n=1, size(angle_words))])
+   end function forms_of_kind
 
    !> The form of a Neper descriptor, ignoring the part after its colon; 0: unknown.
    pure integer function neper_form(descriptor) result(form)

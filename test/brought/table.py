@@ -173,7 +173,7 @@ def all_grains():
     grains(
         "columns qw qx qy qz", table_of.encode(), None, quaternions, "angles='quaternion'", (near[0], none)
     )
-    refuse(GRAINS, "columns qw to qz, form not said", table_of.encode(), "each orientation is 4 numbers")
+    refuse(GRAINS, "columns qw to qz, form not said", table_of.encode(), "names columns of quaternions")
     some = table_of.replace("qw qx qy qz", "a b c d").encode()
     refuse(
         GRAINS, "columns of other names", some, "line 1: names the columns 'x y z a b c d'; allowed: x y z"

@@ -1,0 +1,69 @@
+"""Files that are easily read wrongly, each of few numbers: units and forms by the names of columns,
+tessellations of several scales, one layer of voxels, HDF5 with a user block and of MATLAB, faces of OBJ above
+their corners. Each is read right, or refused with its reason. (In an empty
+directory.)"""
+
+import sys
+
+import numpy as np
+
+import answers
+import writers
+from answers import GRAINS, grains, refuse
+
+FOUR, TURNS = writers.rotations(4, 1)
+SEEDS = np.random.default_rng(3).uniform(0.1, 0.9, (4, 3))
+NEAR = (1e-5 * SEEDS, np.zeros(4))
+
+
+def columns(names, factors, orientations=FOUR, mark=","):
+    """Seeds, each coordinate in its unit, and orientations under a line of names."""
+    rows = np.column_stack([1e-5 * SEEDS * factors, orientations])[:, -len(names.split(mark)) :]
+    return (names + "\n" + "".join(mark.join(f"{v:.12g}" for v in row) + "\n" for row in rows)).encode()
+
+
+def units():
+    angles = "phi1 [deg],Phi [deg],phi2 [deg]"
+    for names, factors in (
+        (f"x [um],y [um],z [um],{angles}", 3 * [1e6]),
+        (f"x [um],y [um],z [mm],{angles}", [1e6, 1e6, 1e3]),
+        (f"x [nm],y [um],z [m],{angles}", [1e9, 1e6, 1]),
+        ("x_um,y_um,z_mm,phi1,Phi,phi2", [1e6, 1e6, 1e3]),
+        (f"x,y [um],z [um],{angles}", 3 * [1e6]),
+        ("x,y,z,phi1 [Degrees],Phi [Degrees],phi2 [Degrees]", 3 * [1]),
+    ):
+        grains(names.replace(",", " "), columns(names, factors), None, TURNS, "", NEAR)
+    made = columns(f"x,y [um],z [mm],{angles}", [1e6, 1e6, 1e3])
+    refuse(GRAINS, "x without a unit, y in um, z in mm", made, "allowed: a unit for each of x, y and z")
+    made = columns(f"x [um],y [um],z [V],{angles}", [1, 1, 1])
+    refuse(GRAINS, "z in V", made, "as units of x, y and z")
+    for name, names in (
+        ("angles in two units", "phi1 [deg],Phi [rad],phi2 [deg]"),
+        ("angles in gon", "phi1 [gon],Phi [gon],phi2 [gon]"),
+    ):
+        refuse(GRAINS, name, columns(names, 1), "allowed: deg or rad as the unit of all three angles")
+
+
+def forms():
+    """The names of columns tell the kind of numbers, for fewer than four grains too."""
+    vectors = TURNS[:, 1:] / TURNS[:, :1]
+    for names in ("r1 r2 r3", "rx ry rz"):
+        for count in 3, 4:
+            name = f"{count} grains of {names}"
+            made = (names + "\n" + writers.rows(10 * vectors[:count])).encode()
+            refuse(GRAINS, name, made, "with angles, one of rodrigues, rodrigues_inverse")
+            refuse(GRAINS, name + ", degrees", made, "names columns of Rodrigues", "angles='bunge_degrees'")
+    made = columns("x y z r1 r2 r3", 1, vectors, " ")
+    grains("columns r1 r2 r3", made, None, TURNS, "angles='rodrigues'", NEAR)
+    back = TURNS * [1, -1, -1, -1]
+    grains("columns r1 r2 r3, inverse", made, None, back, "angles='rodrigues_inverse'", NEAR)
+    made = columns("phi1 Phi phi2", 1, FOUR, " ")
+    refuse(GRAINS, "columns phi1 to phi2, said vectors", made, "names columns of Euler", "angles='rodrigues'")
+    made = columns("q0 q1 q2 q3", 1, TURNS, " ")
+    refuse(GRAINS, "columns q0 to q3", made, "with angles, one of quaternion, quaternion_inverse")
+
+
+units()
+forms()
+print(f"{len(answers.table) - answers.failures} of {len(answers.table)} right")
+sys.exit(answers.failures > 0)
