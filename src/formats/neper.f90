@@ -14,6 +14,7 @@ module m_neper
 
    integer, parameter :: max_bytes = 1000000000 !< of a file of voxels
    real(wp), parameter :: max_cells = 1.0e7_wp
+   character(len=*), parameter :: make_raster = ' (neper -T -loadtess FILE.tess -format tesr)'
 
    !> A file being read.
    type :: reading_t
@@ -55,6 +56,7 @@ contains
          case ('*ori'); call read_orientations(self, bytes, list, fault)
          case ('**vertex'); if (.not. self%raster) call read_vertices(self, bytes, list, fault)
          case ('**periodic', '**periodicity'); call read_periodicity(self, bytes, fault)
+         case ('**scale'); call read_scales(self, bytes, fault)
          case ('**data'); call read_voxels(self, bytes, list, more, fault)
          case ('***end'); exit
          end select
@@ -229,8 +231,23 @@ contains
       call self%numbers(bytes, 3, periodic, 'the periodicity', fault)
       if (fault /= '') return
       if (any(abs(periodic) > 0.0_wp)) fault = 'is a periodic tessellation, whose cells seeds alone do '// &
-         'not tell; allowed: its raster tessellation (neper -T -loadtess FILE.tess -format tesr)'
+         'not tell; allowed: its raster tessellation'//make_raster
    end subroutine read_periodicity
+
+   !> A multiscale tessellation has the number of its scales; its seeds are those of several tessellations.
+   subroutine read_scales(self, bytes, fault)
+      type(reading_t), intent(inout) :: self
+      character(len=*), intent(in) :: bytes
+      character(len=:), allocatable, intent(inout) :: fault
+      character(len=:), allocatable :: next
+      integer :: scales
+      if (self%raster) return
+      if (.not. self%word(bytes, next)) return
+      if (next /= '*general') return
+      scales = self%number(bytes, 0, 'the number of scales', fault)
+      if (fault == '' .and. scales > 1) fault = 'is a tessellation of '//to_text(scales)// &
+         ' scales, whose cells seeds alone do not tell; allowed: its raster tessellation'//make_raster
+   end subroutine read_scales
 
    !> The cell of each voxel, x fastest: as text, or binary here or in a second file.
    subroutine read_voxels(self, bytes, list, more, fault)

@@ -63,7 +63,16 @@ def forms():
     refuse(GRAINS, "columns q0 to q3", made, "with angles, one of quaternion, quaternion_inverse")
 
 
+def neper():
+    made = writers.tess(SEEDS, np.zeros(4), "euler-bunge", FOUR, TURNS)
+    scales = b" **scale\n  *general\n   %d\n  *cellid\n   1 1 1\n   2 1 2\n   3 2 1\n   4 2 2\n***end"
+    grains("a tessellation of one scale", made.replace(b"***end", scales % 1), None, TURNS, "", NEAR)
+    two = made.replace(b"***end", scales % 2)
+    refuse(GRAINS, "a tessellation of two scales", two, "of 2 scales, whose cells seeds alone do not tell")
+
+
 units()
 forms()
+neper()
 print(f"{len(answers.table) - answers.failures} of {len(answers.table)} right")
 sys.exit(answers.failures > 0)
