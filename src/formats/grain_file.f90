@@ -2,6 +2,7 @@
 !> or of DREAM.3D, tessellations of Neper. A further format is a file of its own, and a line here.
 module m_grain_file
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use m_kinds, only: wp
    use m_checksum, only: text_checksum
    use m_dream3d, only: read_dream3d
    use m_filesystem, only: read_file, never_ends
@@ -56,6 +57,9 @@ contains
          if (fault == '') call read_grain_lines(bytes, list, fault)
       end if
       if (fault == '') call check(list, fault)
+      if (allocated(list%voxels)) then ! one layer fills the box, whatever its thickness
+         where (shape(list%voxels) == 1) list%size = 0.0_wp
+      end if
    end subroutine read_grain_file
 
    subroutine read_tables(path, bytes, list, fault)

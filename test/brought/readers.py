@@ -71,8 +71,23 @@ def neper():
     refuse(GRAINS, "a tessellation of two scales", two, "of 2 scales, whose cells seeds alone do not tell")
 
 
+def layers():
+    """A layer of one voxel fills the box, whatever its thickness; its other sides are those of the box."""
+    voxels = np.arange(100).reshape(10, 10, 1) % 4 + 1
+    for nx in False, True:
+        made = writers.dream3d(voxels, FOUR, (0.1, 0.1, 0.1), nx)
+        grains(f"one layer of DREAM.3D{'-NX' if nx else ''}", made, voxels, TURNS)
+    made = writers.tesr(voxels, "quaternion", FOUR, TURNS, voxel=(0.1, 0.1, 0.1))
+    grains("one layer of a .tesr in 3D", made, voxels, TURNS)
+    upright = voxels.reshape(10, 1, 10)
+    grains("one layer along y", writers.dream3d(upright, FOUR, (0.1, 0.1, 0.1)), upright, TURNS)
+    made = writers.dream3d(voxels, FOUR, (0.1, 0.2, 0.1))
+    refuse(GRAINS, "one layer of other proportions", made, "allowed: a box of the same proportions")
+
+
 units()
 forms()
 neper()
+layers()
 print(f"{len(answers.table) - answers.failures} of {len(answers.table)} right")
 sys.exit(answers.failures > 0)
