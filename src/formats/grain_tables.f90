@@ -3,13 +3,13 @@
 module m_grain_tables
    use m_kinds, only: i4
    use m_grain_list, only: grain_list_t
-   use m_hdf5_tables, only: tables_t, extent_of, read_reals, read_integers
+   use m_hdf5_tables, only: tables_t, extent_of, read_reals, read_integers, is_of_matlab, of_matlab
    implicit none
    private
    public :: has_grain_tables, read_grain_tables, own_form
 
-   character(len=*), parameter :: own_form = &
-      'orientations (grains, 3) and positions (grains, 3) or grain (along z, y, x)'
+   character(len=*), parameter :: own_form = 'orientations (grains, 3) and positions (grains, 3) or '// &
+      'grain (along z, y, x), in the order of C and Python'
 
 contains
 
@@ -24,6 +24,11 @@ contains
       character(len=:), allocatable, intent(inout) :: fault
       integer, allocatable :: extent(:)
       integer(i4), allocatable :: voxels(:)
+      if (any([is_of_matlab(tables%file, 'orientations'), is_of_matlab(tables%file, 'positions'), &
+               is_of_matlab(tables%file, 'grain')])) then
+         fault = of_matlab//'orientations'' and positions'' (3, grains), or grain (x, y, z)'
+         return
+      end if
       extent = extent_of(tables, 'orientations')
       if (size(extent) /= 2) then
          fault = 'has a dataset ''orientations'' of another form: '//own_form

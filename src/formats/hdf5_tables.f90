@@ -6,7 +6,10 @@ module m_hdf5_tables
    implicit none
    private
    public :: open_tables, close_tables, extent_of, read_reals, read_integers, find_tables, read_attribute
+   public :: is_of_matlab
 
+   character(len=*), parameter, public :: of_matlab = 'is a file of MATLAB (save -v7.3), which stores '// &
+      'arrays with their extents in reverse; allowed: HDF5 by h5create and h5write of '
    integer, parameter :: deepest = 8, longest_name = 512, max_found = 64, max_visits = 20000
    real(wp), parameter :: max_compression = 4000.0_wp !< values per byte
 
@@ -40,6 +43,15 @@ contains
       integer :: ignored
       call h5fclose_f(tables%file, ignored)
    end subroutine close_tables
+
+   !> True for a dataset that MATLAB saved: its extents are the reverse of those of the array.
+   logical function is_of_matlab(file, name)
+      integer(hid_t), intent(in) :: file
+      character(len=*), intent(in) :: name
+      integer :: status
+      call h5aexists_by_name_f(file, name, 'MATLAB_class', is_of_matlab, status)
+      is_of_matlab = is_of_matlab .and. status >= 0
+   end function is_of_matlab
 
    !> The extents of a dataset, the fastest one first; none if it does not exist or is too large.
    function extent_of(tables, name) result(extent)

@@ -1,6 +1,7 @@
 !> Heights on a grid from an HDF5 file, by one rank alone.
 module m_height_file
    use hdf5
+   use m_hdf5_tables, only: is_of_matlab, of_matlab
    use m_kinds, only: wp
    use m_height_map, only: height_map_t, row_at_bottom
    implicit none
@@ -8,14 +9,22 @@ module m_height_file
    public :: is_hdf5, read_height_file
 
    character(len=*), parameter :: dataset = 'height'
+   character(len=*), parameter :: signature = achar(137)//'HDF'//achar(13)//achar(10)
    integer, parameter :: max_steps_along = 20000 !< heights along an axis
 
 contains
 
-   !> True if the bytes begin with the signature of HDF5.
+   !> True if the bytes have the signature of HDF5 at the start, or after a user block of 512, 1024, 2048, ...
+   !> bytes.
    pure logical function is_hdf5(bytes)
       character(len=*), intent(in) :: bytes
-      is_hdf5 = index(bytes, achar(137)//'HDF'//achar(13)//achar(10)) == 1
+      integer :: block
+      block = 0
+      do
+         is_hdf5 = index(bytes(block + 1:min(len(bytes), block + len(signature))), signature) == 1
+         if (is_hdf5 .or. block >= len(bytes)/2) return
+         block = max(512, 2*block)
+      end do
    end function is_hdf5
 
    !> The dataset `height` of a file, (along y, along x) in the order of C and Python; its optional attribute
@@ -35,7 +44,10 @@ contains
       call h5fopen_f(path, H5F_ACC_RDONLY_F, file, status)
       if (status < 0) return
       call h5dopen_f(file, dataset, data, status)
-      if (status >= 0) then
+      if (status >= 0 .and. is_of_matlab(file, dataset)) then
+         fault = of_matlab//'height'' (along x, along y)'
+         call h5dclose_f(data, ignored)
+      else if (status >= 0) then
          call h5dget_space_f(data, space, status)
          rank = 0
          if (status >= 0) call h5sget_simple_extent_ndims_f(space, rank, status)

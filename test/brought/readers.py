@@ -4,12 +4,14 @@ their corners. Each is read right, or refused with its reason. (In an empty
 directory.)"""
 
 import sys
+from pathlib import Path
 
+import h5py
 import numpy as np
 
 import answers
 import writers
-from answers import GRAINS, grains, refuse
+from answers import GRAINS, SURFACE, grains, refuse, volume
 
 FOUR, TURNS = writers.rotations(4, 1)
 SEEDS = np.random.default_rng(3).uniform(0.1, 0.9, (4, 3))
@@ -85,9 +87,37 @@ def layers():
     refuse(GRAINS, "one layer of other proportions", made, "allowed: a box of the same proportions")
 
 
+def hdf5(userblock, matlab, **arrays):
+    with h5py.File("made.h5", "w", userblock_size=userblock) as file:
+        for name, values in arrays.items():
+            file[name] = values.T if matlab else values
+            if matlab:
+                file[name].attrs["MATLAB_class"] = np.bytes_("double")
+            if name == "height" and not matlab:
+                file[name].attrs["spacing"] = [5e-8, 4e-8]
+    return Path("made.h5").read_bytes()
+
+
+def user_blocks():
+    y, x = np.mgrid[:31, :41]
+    height = 2e-7 * np.exp(-(((x - 12) / 9) ** 2) - ((y - 20) / 6) ** 2)
+    means = (height[1:, 1:] + height[1:, :-1] + height[:-1, 1:] + height[:-1, :-1]) / 4
+    exact = (means + 40 * 5e-8 - height.min()).sum() * 20e-16
+    for block in 0, 512, 4096:
+        made = hdf5(block, False, orientations=FOUR, positions=NEAR[0])
+        grains(f"HDF5, user block of {block} bytes", made, None, TURNS, "", NEAR)
+        volume(f"heights, user block of {block} bytes", hdf5(block, False, height=height), exact)
+    for count in 3, 4:
+        made = hdf5(512, True, orientations=FOUR[:count])
+        refuse(GRAINS, f"{count} grains of MATLAB", made, "is a file of MATLAB (save -v7.3)")
+    made = hdf5(512, True, height=height)
+    refuse(SURFACE, "heights of MATLAB", made, "is a file of MATLAB (save -v7.3)", "spacing=5e-8,4e-8")
+
+
 units()
 forms()
 neper()
 layers()
+user_blocks()
 print(f"{len(answers.table) - answers.failures} of {len(answers.table)} right")
 sys.exit(answers.failures > 0)
