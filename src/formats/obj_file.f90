@@ -28,37 +28,43 @@ contains
          if (is_obj) return
          if (bytes(at:at) == '#') cycle
          select case (bytes(at:to))
-         case ('mtllib', 'usemtl', 'o', 'g', 's', 'vn', 'vt', 'vp', 'l', 'p')
+         case ('mtllib', 'usemtl', 'o', 'g', 's', 'vn', 'vt', 'vp', 'l', 'p', 'f')
          case default
             return
          end select
       end do
    end function is_obj
 
-   !> `v x y z` and `f a b c ...` (as a, a/t, a/t/n or a//n; negative numbers count from the last one).
+   !> `v x y z` and `f a b c ...` (as a, a/t, a/t/n or a//n; negative numbers count from the last `v` above).
+   !> Faces may stand above their corners: these are read first.
    subroutine read_obj(bytes, found, fault)
       character(len=*), intent(in) :: bytes
       type(triangle_list_t), intent(inout) :: found
       character(len=:), allocatable, intent(inout) :: fault
       type(lines_t) :: lines
       real(wp) :: corner(3)
-      integer :: at, to
+      integer :: at, to, above
       lines%joins = .true.
       do while (lines%next_line(bytes) .and. fault == '')
          if (.not. lines%next_word(bytes, at, to)) cycle
-         if (bytes(at:to) == 'v') then
-            call read_corner(bytes, lines, corner, fault)
-            if (fault == '') call found%add_corner(corner)
-         else if (bytes(at:to) == 'f') then
-            call read_face(bytes, lines, found, fault)
-         end if
+         if (bytes(at:to) /= 'v') cycle
+         call read_corner(bytes, lines, corner, fault)
+         if (fault == '') call found%add_corner(corner)
+      end do
+      lines = lines_t(joins=.true.)
+      above = 0
+      do while (lines%next_line(bytes) .and. fault == '')
+         if (.not. lines%next_word(bytes, at, to)) cycle
+         if (bytes(at:to) == 'v') above = above + 1
+         if (bytes(at:to) == 'f') call read_face(bytes, lines, above, found, fault)
       end do
    end subroutine read_obj
 
    !> The rest of an `f` line.
-   subroutine read_face(bytes, lines, found, fault)
+   subroutine read_face(bytes, lines, above, found, fault)
       character(len=*), intent(in) :: bytes
       type(lines_t), intent(inout) :: lines
+      integer, intent(in) :: above !< number of `v` lines above it
       type(triangle_list_t), intent(inout) :: found
       character(len=:), allocatable, intent(inout) :: fault
       integer :: at, to, k, corners, number(max_words), triangle(3, max_words), slash
@@ -71,11 +77,12 @@ contains
          corners = corners + 1
          good = corners <= max_words
          if (good) call read_integer(bytes(at:to), number(corners), good)
-         if (good .and. number(corners) < 0) number(corners) = found%corners + 1 + number(corners)
+         if (good .and. number(corners) < 0) number(corners) = above + 1 + number(corners)
          if (good) good = number(corners) >= 1 .and. number(corners) <= found%corners
          if (good) cycle
          fault = 'line '//to_text(lines%line)//': '''//bytes(at:min(to, at + 19))// &
-                 ''' is not the number of a vertex above'
+                 ''' is not the number of a vertex; allowed: 1 to '//to_text(found%corners)
+         if (above > 0) fault = fault//', or -1 to -'//to_text(above)//' for those above'
          if (corners > max_words) fault = 'line '//to_text(lines%line)//': a face has more than '// &
                                            to_text(max_words)//' corners'
          return

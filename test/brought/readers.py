@@ -114,10 +114,34 @@ def user_blocks():
     refuse(SURFACE, "heights of MATLAB", made, "is a file of MATLAB (save -v7.3)", "spacing=5e-8,4e-8")
 
 
+def faces():
+    """A cube whose faces stand above, between and below its corners."""
+    corners = 1e-6 * (np.array([[n & 1, n >> 1 & 1, n >> 2] for n in range(8)]) - 0.5)
+    sides = [[1, 3, 4, 2], [5, 6, 8, 7], [1, 2, 6, 5], [3, 7, 8, 4], [1, 5, 7, 3], [2, 4, 8, 6]]
+    v = ["v " + " ".join(f"{value:.6g}" for value in corner) for corner in corners]
+    f = ["f " + " ".join(map(str, side)) for side in sides]
+    back = ["f " + " ".join(str(number - 9) for number in side) for side in sides]
+    before = ["f " + " ".join(str(n if n > 4 else n - 5) for n in side) for side in sides]
+    for name, lines in (
+        ("faces above corners", f + v),
+        ("faces between corners", v[:4] + f[:3] + v[4:] + f[3:]),
+        ("faces above and below", f[:2] + v + f[2:]),
+        ("faces that count back", v + back),
+        ("faces that count back and on", v[:4] + before + v[4:]),
+    ):
+        volume(name, "\n".join(["# made", *lines, ""]).encode(), 1e-18, "", 2e-2)
+    for name, lines, sentence in (
+        ("a face of a ninth corner", [*v, *f[:5], "f 2 4 9 6"], "line 14: '9' is not the number of a vertex"),
+        ("a face that counts back too far", [*v[:4], "f -1 -2 -5", *v[4:], *f], "line 5: '-5' is not the"),
+    ):
+        refuse(SURFACE, name, "\n".join([*lines, ""]).encode(), sentence)
+
+
 units()
 forms()
 neper()
 layers()
 user_blocks()
+faces()
 print(f"{len(answers.table) - answers.failures} of {len(answers.table)} right")
 sys.exit(answers.failures > 0)

@@ -120,12 +120,12 @@ CASES = {  # name: (content, what the sentence has, what else the tool has)
     "text with another word": (ascii_.replace("endloop", "endlop", 1).encode(), "unknown word 'endlop'", ""),
     "a corner that is not there": (
         (waves + "f 1 2 999999\n").encode(),
-        "'999999' is not the number of a vertex above",
+        "'999999' is not the number of a vertex; allowed: 1 to",
         "",
     ),
     "a face without its number": (
         (waves + "f 1 2 x\n").encode(),
-        "'x' is not the number of a vertex above",
+        "'x' is not the number of a vertex; allowed: 1 to",
         "",
     ),
     "a face that crosses itself": (
