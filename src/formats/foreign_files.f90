@@ -23,6 +23,12 @@ module m_foreign_files
    character(len=*), parameter :: deck = 'its surface as STL: python -c "import meshio, numpy, pyvista; '// &
       'm = meshio.read(''FILE''); m.cell_sets = {}; g = pyvista.from_meshio(m); '//skin
    character(len=*), parameter :: gmsh = deck//'; of a model: gmsh -2 -format stl -o a.stl FILE'
+   character(len=*), parameter :: partitioned = 'is a partitioned mesh of Gmsh (.msh); allowed: its '// &
+      'surface as STL: python -c "import gmsh; gmsh.initialize(); gmsh.open(''FILE''); '// &
+      'gmsh.model.mesh.unpartition(); gmsh.write(''a.stl'')"'
+   character(len=*), parameter :: image = 'is image data of VTK; allowed: heights at one layer of '// &
+      'points, as text: python -c "import numpy, pyvista; g = pyvista.read(''FILE''); '// &
+      'numpy.savetxt(''a.txt'', g.active_scalars.reshape(g.dimensions[1::-1]))", with spacing in the scene'
    character(len=*), parameter :: maker = 'its surface as STL, by the program that made it or by Gmsh'
    character(len=*), parameter :: cad = 'its surface as STL, by Gmsh, FreeCAD or the program that made it'
    character(len=*), parameter :: zip = 'PK'//achar(3)//achar(4)
@@ -35,6 +41,10 @@ contains
       character(len=:), allocatable :: fault
       if (index(bytes, 'GWYP') == 1 .or. index(bytes, 'GWYO') == 1) then
          fault = 'is a file of Gwyddion (.gwy); make a map of it first: gimp3d-post heights FILE'
+      else if (is_partitioned(bytes)) then
+         fault = partitioned
+      else if (is_image(bytes)) then
+         fault = image
       else
          fault = sentence_of(bytes, [instruments(), microscopes(), models(), meshes(), decks()])
       end if
@@ -49,8 +59,8 @@ contains
       character(len=:), allocatable :: fault
       character(len=min(len(bytes), 4096)) :: head
       character(len=*), parameter :: points = &
-         ': a line for each point of a map. Allowed: a line a grain, its mean orientation, as MTEX or '// &
-         'orix give it; a file of DREAM.3D'
+         ': a line for each point of a map. Allowed: a line a grain, its mean orientation, as MTEX '// &
+         'gives it (orix: the mean of the equivalent orientations nearest to one of them); a file of DREAM.3D'
       fault = ''
       head = lower_case(bytes(:len(head)))
       if (index(head, '# tem_pixperum') > 0 .or. index(head, '# header: start') > 0 .or. &
@@ -61,6 +71,8 @@ contains
       else if (index(head, '<vtkfile') > 0 .or. index(head, '# vtk datafile') == 1) then
          fault = 'is a file of VTK; allowed: HDF5 with grain and orientations, a text, or a file of '// &
                  'DREAM.3D or Neper'
+      else if (index(head, 'matlab 5.0') == 1) then
+         fault = 'is a file of MATLAB; allowed: HDF5 by h5create and h5write, or a text of lines'
       else if (index(bytes, zip) == 1) then
          fault = 'is a zip archive; allowed: the file in it'
       end if
@@ -195,6 +207,24 @@ contains
                kind_of('/PREP7', 'a deck of ANSYS (.cdb)', maker), &
                kind_of('/BATCH', 'a deck of ANSYS (.cdb)', maker)]
    end function decks
+
+   pure logical function is_partitioned(bytes)
+      character(len=*), intent(in) :: bytes
+      is_partitioned = index(bytes(:min(len(bytes), 11)), '$MeshFormat') == 1
+      if (is_partitioned) is_partitioned = index(bytes, '$PartitionedEntities') > 0
+   end function is_partitioned
+
+   !> VTK's data on a regular grid of points, legacy or XML.
+   pure logical function is_image(bytes)
+      character(len=*), intent(in) :: bytes
+      character(len=min(len(bytes), 1024)) :: head
+      head = bytes(:len(head))
+      if (index(head, '# vtk DataFile') == 1) then
+         is_image = index(head, 'STRUCTURED_POINTS') > 0
+      else
+         is_image = index(head, '<VTKFile') > 0 .and. index(head, '<ImageData') > 0
+      end if
+   end function is_image
 
    !> IGES: the 73rd column of its first line is S.
    pure logical function is_iges(bytes)

@@ -1,6 +1,6 @@
 """Files that are easily read wrongly, each of few numbers: units and forms by the names of columns,
 tessellations of several scales, one layer of voxels, HDF5 with a user block and of MATLAB, faces of OBJ above
-their corners. Each is read right, or refused with its reason. (In an empty
+their corners, partitioned meshes and image data. Each is read right, or refused with its reason. (In an empty
 directory.)"""
 
 import sys
@@ -110,6 +110,8 @@ def user_blocks():
     for count in 3, 4:
         made = hdf5(512, True, orientations=FOUR[:count])
         refuse(GRAINS, f"{count} grains of MATLAB", made, "is a file of MATLAB (save -v7.3)")
+    old = b"MATLAB 5.0 MAT-file, Platform: GLNXA64".ljust(200) + bytes(200)
+    refuse(GRAINS, "grains of MATLAB in the old form", old, "is a file of MATLAB; allowed: HDF5 by h5create")
     made = hdf5(512, True, height=height)
     refuse(SURFACE, "heights of MATLAB", made, "is a file of MATLAB (save -v7.3)", "spacing=5e-8,4e-8")
 
@@ -137,11 +139,29 @@ def faces():
         refuse(SURFACE, name, "\n".join([*lines, ""]).encode(), sentence)
 
 
+def other_kinds():
+    parts = b"$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PartitionedEntities\n2\n0\n"
+    refuse(SURFACE, "a partitioned mesh of Gmsh", parts, "gmsh.model.mesh.unpartition()")
+    xml = b'<?xml version="1.0"?>\n'
+    grid = b'<VTKFile version="1.0" type="ImageData">\n  <ImageData WholeExtent="0 8 0 8 0 0"'
+    for name, head in (
+        ("image data", b"# vtk DataFile Version 5.1\nmade\nASCII\nDATASET STRUCTURED_POINTS\n"),
+        ("image data, XML", xml + grid),
+        ("image data, without its first line", grid),
+    ):
+        refuse(SURFACE, name, head, "is image data of VTK; allowed: heights")
+    head = b"# vtk DataFile Version 5.1\nmade\nASCII\nDATASET UNSTRUCTURED_GRID\n"
+    refuse(SURFACE, "a mesh of VTK", head, "is a file of VTK; allowed: its surface as STL")
+    ang = b"# TEM_PIXperUM 1.0\n# GRID: SqrGrid\n 0.1 0.2 0.3 0 0 1 1 1\n"
+    refuse(GRAINS, "a map of EBSD", ang, "orix: the mean of the equivalent orientations nearest to one")
+
+
 units()
 forms()
 neper()
 layers()
 user_blocks()
 faces()
+other_kinds()
 print(f"{len(answers.table) - answers.failures} of {len(answers.table)} right")
 sys.exit(answers.failures > 0)
