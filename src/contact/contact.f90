@@ -120,6 +120,7 @@ contains
       self%candidates%pressure = table%column('contact_pressure')
       call table%declare('last_contact_pressure', 1, 'Pa', written=.false.)
       self%candidates%earlier = table%column('last_contact_pressure')
+      self%candidates%slots = [0]
       if (size(self%tools) == 0) return
       call self%candidates%declare_sheets(self%tools, table, self%is_implicit, self%spec%subcell > 0.0_wp)
       if (self%strains_next) then
