@@ -44,6 +44,8 @@ module m_ghost_penalty
                                               !< alone
    real(wp), parameter :: probed = 0.02_wp    !< equivalent strain up to which the secant modulus of a law is
                                               !< taken
+   real(wp), parameter :: faint = 1.0e-9_wp   !< of the elastic stress of that strain: smaller deviators are
+                                              !< rounding
 
 contains
 
@@ -83,14 +85,15 @@ contains
       end associate
    end subroutine mark_cells
 
-   !> Young's modulus of a block's particles, and its secant value for a shear by `probed` in both directions
-   !> from the present state: for plastic flow about the stress borne over that strain.
+   !> Young's modulus of a block's particles, and its secant value for a strain of `probed` along and against
+   !> the deviator of their present stress: for plastic flow about the stress borne over that strain.
    subroutine moduli_of(level, materials, b, time_step, young, secant)
       type(level_t), intent(in) :: level
       type(materials_t), intent(in) :: materials
       integer, intent(in) :: b
       real(wp), intent(in) :: time_step !< s
       real(wp), intent(out) :: young(:), secant(:) !< (particles), Pa
+      real(wp), allocatable :: along(:, :)
       integer :: first, last
       associate (particles => level%blocks(b)%particles)
          first = 1
@@ -99,9 +102,11 @@ contains
             associate (law => materials%slots(materials%of_body(particles%body(first)))%law)
                young(first:last) = 0.5_wp/law%complementary_energy([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, &
                                                                     0.0_wp])
+               along = deviators(particles%column(first:last, :), level%layout, &
+                                 faint*probed*law%von_mises_modulus())
                secant(first:last) = young(first:last)*min(1.0_wp, max( &
-                  sheared(law, particles%column(first:last, :), level%layout, time_step, probed), &
-                  sheared(law, particles%column(first:last, :), level%layout, time_step, -probed)) &
+                  strained(law, particles%column(first:last, :), level%layout, along, time_step, probed), &
+                  strained(law, particles%column(first:last, :), level%layout, along, time_step, -probed)) &
                   /(probed*law%von_mises_modulus()))
             end associate
             first = last + 1
@@ -109,23 +114,42 @@ contains
       end associate
    end subroutine moduli_of
 
-   !> Von Mises stress of particles after a shear by an equivalent strain, Pa.
-   function sheared(law, from, layout, time_step, strain) result(stress)
-      class(material_t), intent(in) :: law
+   !> The directions of particles' stress deviators, as strains of equivalent strain 1; where there is none
+   !> the mean of the shears in the planes of the axes, in a section that in its plane.
+   pure function deviators(from, layout, least) result(along)
       real(wp), intent(in) :: from(:, :) !< columns
       type(layout_t), intent(in) :: layout
-      real(wp), intent(in) :: time_step, strain !< s; of shear, with its sign
+      real(wp), intent(in) :: least      !< smaller von Mises stresses are none, Pa
+      real(wp) :: along(size(from, 1), 6)
+      real(wp) :: size_of(size(from, 1)), none(6)
+      integer :: i
+      none = [0.0_wp, 0.0_wp, 0.0_wp, 0.5_wp, 0.5_wp, 0.5_wp]
+      if (layout%section%is_flat()) none = [0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.5_wp*sqrt(3.0_wp), 0.0_wp]
+      along = from(:, layout%stress:layout%stress + 5)
+      along(:, :3) = along(:, :3) - spread(sum(along(:, :3), dim=2)/3.0_wp, 2, 3)
+      size_of = von_mises(along(:, 1), along(:, 2), along(:, 3), along(:, 4), along(:, 5), along(:, 6))
+      do i = 1, 6
+         along(:, i) = merge(1.5_wp*along(:, i)/max(size_of, tiny(least)), none(i), size_of > least)
+      end do
+   end function deviators
+
+   !> Von Mises stress of particles after an equivalent strain along given ones, Pa.
+   function strained(law, from, layout, along, time_step, strain) result(stress)
+      class(material_t), intent(in) :: law
+      real(wp), intent(in) :: from(:, :)  !< columns
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: along(:, :) !< of deviators
+      real(wp), intent(in) :: time_step, strain !< s; with its sign
       real(wp) :: stress(size(from, 1))
       real(wp), allocatable :: column(:, :), rate(:, :)
       column = from
-      allocate (rate(size(from, 1), 9), source=0.0_wp)
-      rate(:, [2, 4]) = 0.5_wp*sqrt(3.0_wp)*strain/time_step
+      rate = strain/time_step*along(:, [1, 6, 5, 6, 2, 4, 5, 4, 3])
       call law%update(column, layout, rate, time_step, 1, size(from, 1))
       associate (s => layout%stress)
          stress = von_mises(column(:, s), column(:, s + 1), column(:, s + 2), column(:, s + 3), &
                             column(:, s + 4), column(:, s + 5))
       end associate
-   end function sheared
+   end function strained
 
    !> Second: mark the cells at the surface, or with at most one particle, each by one block, in place of the
    !> tiles' contents. Sums over tiles follow.
