@@ -27,7 +27,7 @@ module m_cauchy_born
       procedure :: settle
       procedure :: begin_stressed
       procedure :: strain_energy
-      procedure :: present_modulus
+      procedure :: squared_speed
    end type cauchy_born_t
 
 contains
@@ -127,20 +127,21 @@ contains
       end do
    end function strain_energy
 
-   !> Modulus from the table, by the compression of the particles.
-   pure real(wp) function present_modulus(self, column, layout, first, last) result(modulus)
+   !> By moduli from the table, each by the particle's compression.
+   pure real(wp) function squared_speed(self, column, layout, first, last, specific_volume) result(squared)
       class(cauchy_born_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: first, last
+      real(wp), intent(in) :: specific_volume
       real(wp) :: shortest
       integer :: p, at
-      shortest = 1.0_wp
+      squared = 0.0_wp
       do p = first, last
-         shortest = min(shortest, minval(column(p, self%elastic:self%elastic + 2)))
+         shortest = min(1.0_wp, minval(column(p, self%elastic:self%elastic + 2)))
+         at = max(0, min(moduli - 1, floor((shortest - least)/spacing)))
+         squared = max(squared, self%modulus(at)*column(p, layout%volume)/column(p, layout%mass))
       end do
-      at = max(0, min(moduli - 1, floor((shortest - least)/spacing)))
-      modulus = self%modulus(at)
-   end function present_modulus
+   end function squared_speed
 
 end module m_cauchy_born

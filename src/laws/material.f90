@@ -30,7 +30,7 @@ module m_material
       procedure :: equivalent_plastic_strain
       procedure :: may_flow
       procedure :: von_mises_modulus
-      procedure :: present_modulus
+      procedure :: squared_speed
       procedure :: energy_of_stress
       procedure :: fault_text
       procedure :: take_heat
@@ -269,14 +269,15 @@ contains
                                                  0.0_wp])
    end function von_mises_modulus
 
-   !> Largest plane-wave modulus in the present state of particles first..last (all of this material), Pa,
-   !> defined as p_wave_modulus; laws that stiffen override it.
-   pure real(wp) function present_modulus(self, column, layout, first, last) result(modulus)
+   !> Largest squared speed of a plane wave in the present state of particles first..last (all of this
+   !> material), m2/s2. Laws that stiffen override it, by the modulus and the volume of each particle.
+   pure real(wp) function squared_speed(self, column, layout, first, last, specific_volume) result(squared)
       class(material_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: first, last
-      modulus = self%p_wave_modulus()
-   end function present_modulus
+      real(wp), intent(in) :: specific_volume !< largest of these particles, m3/kg
+      squared = self%p_wave_modulus()*specific_volume
+   end function squared_speed
 
 end module m_material

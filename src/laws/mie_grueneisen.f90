@@ -34,7 +34,7 @@ module m_mie_grueneisen
       procedure :: initial
       procedure :: update
       procedure :: p_wave_modulus
-      procedure :: present_modulus
+      procedure :: squared_speed
       procedure :: complementary_energy
       procedure :: von_mises_modulus
       procedure :: strain_energy
@@ -286,17 +286,19 @@ contains
       p_wave_modulus = self%density*self%sound_speed**2 + 4.0_wp/3.0_wp*self%shear()
    end function p_wave_modulus
 
-   !> Of the stiffest of the particles in their present state: rho c^2 = (1 - eta)(dp/d eta + Gamma0 p) + 4/3
+   !> Of the fastest of the particles in their present state: rho c^2 = (1 - eta)(dp/d eta + Gamma0 p) + 4/3
    !> mu.
-   pure real(wp) function present_modulus(self, column, layout, first, last) result(modulus)
+   pure real(wp) function squared_speed(self, column, layout, first, last, specific_volume) result(squared)
       class(mie_grueneisen_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: first, last
-      real(wp) :: eta, slope, pressure, rest
+      real(wp), intent(in) :: specific_volume
+      real(wp) :: eta, modulus, slope, pressure, rest, rigid
       integer :: p, s
       s = layout%stress
-      modulus = 0.0_wp
+      rigid = 4.0_wp/3.0_wp*self%shear()
+      squared = 0.0_wp
       do p = first, last
          eta = 1.0_wp - column(p, layout%volume)*self%density/column(p, layout%mass)
          pressure = -(column(p, s) + column(p, s + 1) + column(p, s + 2))/3.0_wp
@@ -305,11 +307,11 @@ contains
          if (eta > 0.0_wp) slope = (1.0_wp - self%grueneisen*eta)/rest**2 &
                                    + 2.0_wp*self%hugoniot_slope*eta*(1.0_wp - 0.5_wp*self%grueneisen*eta) &
                                    /rest**3
-         modulus = max(modulus, (1.0_wp - eta)*(self%density*self%sound_speed**2*slope &
-                                                + self%grueneisen*pressure))
+         modulus = (1.0_wp - eta)*(self%density*self%sound_speed**2*slope + self%grueneisen*pressure)
+         squared = max(squared, (max(modulus, 0.0_wp) + rigid)*column(p, layout%volume) &
+                                /column(p, layout%mass))
       end do
-      modulus = modulus + 4.0_wp/3.0_wp*self%shear()
-   end function present_modulus
+   end function squared_speed
 
    !> By the moduli of the undeformed material; without strength of the pressure alone.
    pure real(wp) function complementary_energy(self, stress) result(energy)

@@ -48,8 +48,8 @@ contains
                          particles%column(:, at%volume), first, last, speed_squared, specific_volume)
             m = materials%of_body(particles%body(first))
             block%wave_speed = max(block%wave_speed, &
-                                   sqrt(materials%slots(m)%law%present_modulus(particles%column, at, &
-                                   first, last)*specific_volume))
+                                   sqrt(materials%slots(m)%law%squared_speed(particles%column, at, first, &
+                                                                             last, specific_volume)))
             bounds%particle_speed = max(bounds%particle_speed, sqrt(speed_squared))
             first = last + 1
          end do

@@ -23,6 +23,7 @@ program equation_of_state
    call hugoniot()
    call isentrope()
    call sound()
+   call of_two()
    call with_strength()
    call temperature()
    call all_laws_do()
@@ -121,7 +122,7 @@ contains
          m = 0.0_wp
          m(1, 1) = changes(k)
          call point%strain_by(law, m, 1.0_wp)
-         modulus = law%present_modulus(point%column, point%layout, 1, 1)
+         modulus = modulus_of(law, point)
          before = pressure(point)
          h = 1.0e-6_wp
          m(1, 1) = -h
@@ -131,9 +132,34 @@ contains
       call say('modulus of waves, by a small step: relative error', off)
       call test%check_close(off, 0.0_wp, 1.0e-5_wp, 'speed of sound')
       call point%ready(law, density)
-      call test%check_close(law%present_modulus(point%column, point%layout, 1, 1)/law%p_wave_modulus(), &
+      call test%check_close(modulus_of(law, point)/law%p_wave_modulus(), &
                             1.0_wp, 1.0e-14_wp, 'at first it is that of the start')
    end subroutine sound
+
+   !> Modulus of waves in a point of one particle.
+   pure real(wp) function modulus_of(law, point)
+      type(mie_grueneisen_t), intent(in) :: law
+      type(material_point_t), intent(in) :: point
+      modulus_of = law%squared_speed(point%column, point%layout, 1, 1, 0.0_wp)*point%column(1, &
+         point%layout%mass)/point%column(1, point%layout%volume)
+   end function modulus_of
+
+   !> The fastest wave in two particles, one compressed and one expanded, is the faster one of the two.
+   subroutine of_two()
+      type(mie_grueneisen_t) :: law
+      type(material_point_t) :: both
+      real(wp) :: speeds(2), volumes(2)
+      call law_of(law, copper//", strength='j2'"//strength)
+      call both%ready(law, density, 2)
+      both%gradient(:, 1) = [-0.1_wp, 0.02_wp]
+      call law%update(both%column, both%layout, both%gradient, 1.0_wp, 1, 2)
+      both%column(:, both%layout%volume) = both%column(:, both%layout%volume)*(1.0_wp + both%gradient(:, 1))
+      volumes = both%column(:, both%layout%volume)/both%column(:, both%layout%mass)
+      speeds = [law%squared_speed(both%column, both%layout, 1, 1, volumes(1)), &
+                law%squared_speed(both%column, both%layout, 2, 2, volumes(2))]
+      call test%check_close(law%squared_speed(both%column, both%layout, 1, 2, maxval(volumes)) &
+                            /maxval(speeds), 1.0_wp, 1.0e-14_wp, 'the faster of two particles')
+   end subroutine of_two
 
    !> The deviator is that of the law of strength, the pressure that without it but for the heat of flow.
    subroutine with_strength()
