@@ -2,13 +2,14 @@
 !> Area of contact of made-up points, whose edge is known: a disc in a surface that leaves the tool like an
 !> elastic body (gap as the distance to the power 3/2) or at an angle, points on lattices at many places and
 !> angles, the whole and a quarter of it between two mirrors, on all ranks the same; surfaces as they are, and
-!> between nodes that have their gaps: what a grid holds lies between the two. Points that hover inside
-!> count, buried ones do not; a ring has a hole; what hovers and bears pressure beside the ridges of a pyramid
-!> counts; nothing pressed is no area. Under a sphere and a cone whose pressures are known as well (Hertz,
-!> Sneddon) the area is within 4 % on three cells and within 2 % on five and eight; with a modulus that is
-!> wrong by a factor of two it is not. A narrow contact (a cylinder's) has its width though both of its edges
-!> are near, and known pressures overrule stresses beside ridges. The outline of a disc is a circle, of a
-!> quarter its part between the mirrors from one to the other.
+!> between nodes that have their gaps: what a grid holds lies between the two. Points that hover inside count,
+!> buried ones do not; a ring has a hole; what hovers and bears pressure beside the ridges of a pyramid
+!> counts; turned by 90 degrees and mirrored the area is the same; nothing pressed is no area. Under a sphere
+!> and a cone whose pressures are known as well (Hertz, Sneddon) the area is within 4 % on three cells and
+!> within 2 % on five and eight; with a modulus that is wrong by a factor of two it is not. A narrow contact
+!> (a cylinder's) has its width though both of its edges are near, and known pressures overrule stresses
+!> beside ridges. The outline of a disc is a circle, of a quarter its part between the mirrors from one to the
+!> other.
 program contact_area
    use m_kinds, only: wp
    use m_communicator, only: communicator_t
@@ -34,6 +35,7 @@ program contact_area
    call outlines()
    call ring()
    call ridges()
+   call turns()
    call test%check(.not. area_of([surface_point_t([0.0_wp, 0.0_wp], 0.1_wp, edge, 0.0_wp)], whole()) > &
                    0.0_wp, 'nothing pressed')
    call test%finish()
@@ -305,6 +307,27 @@ contains
       real(wp) :: y(2)
       y = [cos(angle)*x(1) - sin(angle)*x(2), sin(angle)*x(1) + cos(angle)*x(2)]
    end function turned
+
+   !> A small contact has the same area after a turn by 90 degrees and in a mirror: squares turn with it.
+   subroutine turns()
+      type(surface_point_t), allocatable :: points(:), seen(:)
+      real(wp) :: area, off
+      integer :: n
+      off = 0.0_wp
+      do n = 1, 8
+         points = disc(0.9_wp + 0.11_wp*n, 2, [0.11_wp, 0.2_wp]*edge, 0.1_wp*n, .false.)
+         points%edge = 0.97_wp*edge ! no whole number of squares between the points
+         area = area_of(points, whole())
+         seen = points
+         seen%place(1) = -points%place(2)
+         seen%place(2) = points%place(1)
+         off = max(off, abs(area_of(seen, whole())/area - 1.0_wp))
+         seen = points
+         seen%place(1) = -points%place(1)
+         off = max(off, abs(area_of(seen, whole())/area - 1.0_wp))
+      end do
+      call test%check_close(off, 0.0_wp, 1.0e-6_wp, 'turned and mirrored')
+   end subroutine turns
 
    !> Contact between two radii.
    subroutine ring()
