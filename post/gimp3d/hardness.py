@@ -234,6 +234,8 @@ def analyse(run, record, options):
     if poisson is not None:
         answer["young_scene"] = material["young"][0]
         answer["modulus_scene"] = material["young"][0] / (1 - poisson**2)
+        if material["model"][0].lower() == "maxwell":
+            answer["scene_reason"] = "instantaneous, before anything has relaxed"
     if area_function is None:
         answer["missing"].append(
             f"No area function for a {record.tool['shape'][0]}: no Oliver-Pharr evaluation (give one by "
@@ -652,6 +654,8 @@ def print_table(answer):
             line += f"   {answer['beta_reason']}"
         if key == "epsilon":
             line += f"   {answer['epsilon_reason']}"
+        if key in ("modulus_scene", "young_scene") and answer.get("scene_reason"):
+            line += f"   {answer['scene_reason']}"
         if key == "area_oliver_pharr":
             line += f"   {answer['area_function']}"
         print(line.rstrip())

@@ -5,7 +5,10 @@ import json
 from . import hardness
 from .report_page import section, si, table, tag
 
-reasons = {"beta": "beta_reason", "epsilon": "epsilon_reason", "area_oliver_pharr": "area_function"}
+reasons = {
+    "beta": "beta_reason", "epsilon": "epsilon_reason", "area_oliver_pharr": "area_function",
+    "modulus_scene": "scene_reason", "young_scene": "scene_reason",
+}  # fmt: skip
 over_depth = "max_load", "hardness_oliver_pharr", "hardness_true", "modulus_oliver_pharr", "modulus_true"
 of_key = {key: (label, unit) for label, key, unit in hardness.table}
 

@@ -14,6 +14,8 @@ from .layered import base_compliance
 
 # Rate-independent laws: a load that falls during a hold is an effect of inertia
 rate_free = {"elastic", "neo_hookean", "j2", "cubic", "orthotropic", "drucker_prager"}
+flowing = {"maxwell", "norton"}  # laws whose stress relaxes with time under the load of an unloading
+early = 0.8  # of the load: the unloading down to it has the rates that those of the hold are compared with
 elastic = {"elastic", "neo_hookean", "cubic", "orthotropic"}  # all work is recovered
 constraint = 2.7  # hardness over the flow stress of metal (Tabor), approximate
 slow_in = 0.5  # largest speed of a quasi-static loading, over flow stress / (rho c)
@@ -57,12 +59,16 @@ class Motion:
     """Effects of inertia on the load of a tool. stop: drop of the load at the stop and in the hold, over the
     load; noise: kinetic energy at the start of the unloading over the recovered energy; lag: load carried by
     waves during the unloading, over the largest load; drift: extrapolated change of the load during the
-    unloading, over the largest load; speeds (m/s) of loading and unloading, and those that are low enough."""
+    unloading, over the largest load; flow: rates of depth and load at the end of the hold over those of the
+    unloading, or the share of the stress that relaxes during the fitted rows, of laws that creep or relax
+    (infinite without a hold); quick: duration (s) of an unloading that leaves no time to relax; speeds (m/s) of loading and unloading, and those that are low enough."""
 
     stop: float = 0.0
     noise: float = 0.0
     lag: float = 0.0
     drift: float = 0.0
+    flow: float = 0.0
+    quick: float = math.inf
     speed_in: float = 0.0
     speed_back: float = 0.0
     enough_in: float = math.inf
@@ -148,6 +154,8 @@ def motion_of(case, material, record, unloading, fit, area, returned, energy):
     hold, start = unloading.hold, unloading.start
     free = material["model"][0].lower() in rate_free
     found = Motion()
+    if fit is not None and material["model"][0].lower() in flowing:
+        found.flow, found.quick = flow_of(material, record, unloading, fit)
     standing = load[hold + (start - hold) // 2 : start + 1]
     rest = float(np.mean(standing)) if start > hold else float(load[start])
     if free and not is_static(case, time[max(hold - 1, 0)]):
@@ -182,6 +190,36 @@ def motion_of(case, material, record, unloading, fit, area, returned, energy):
     if speed is not None and area > 0:
         found.lag = impedance * found.speed_back / (rest / area)
     return found
+
+
+def flow_of(material, record, unloading, fit):
+    """Motion's flow and quick. A law that creeps goes on as it does at the end of the hold, which adds the
+    ratio of the rates to the compliance (Feng & Ngan, J. Mater. Res. 17 (2002) 660); a branch of maxwell
+    relaxes by its time."""
+    time, depth, load = record.time, record.depth, record.load
+    hold, start = unloading.hold, unloading.start
+    quick = math.inf
+    relaxed = 0.0
+    if "relaxation_times" in material:
+        times = [value for value in material["relaxation_times"]]
+        back = time[start : unloading.end + 1][fit.rows]
+        lasts = float(back[-1] - time[start])
+        for name in ("shear_ratios", "bulk_ratios"):
+            ratios = material.get(name, [0.0] * len(times))
+            share = sum(ratio * -math.expm1(-lasts / one) for ratio, one in zip(ratios, times))
+            relaxed = max(relaxed, share)
+            rate = sum(ratio / one for ratio, one in zip(ratios, times))
+            quick = min(quick, 0.5 * limit / rate) if rate > 0 else quick
+    if start - hold < 8:
+        return math.inf, quick
+    rows = slice(hold + (start - hold) // 2, start + 1)
+    below = start + int(np.argmax(load[start : unloading.end + 1] < early * load[start]))
+    below = below if below > start else unloading.end
+    rates = 0.0
+    for values in (load, depth):
+        back = abs(float(values[below] - values[start])) / float(time[below] - time[start])
+        rates += abs(float(np.polyfit(time[rows] - time[start], values[rows], 1)[0])) / max(back, 1e-300)
+    return math.hypot(rates, relaxed), quick
 
 
 def cells_to_the_edge(area, cell):
@@ -231,6 +269,9 @@ def parts_of(motion, cells, base, ratio, lost, of_reach, section=False):
             "base": base,
         }
         found[f"{kind}_oliver_pharr"] = {"inertia": motion.stiffness, "cells": stiff, "base": base}
+    if motion.flow > 0:
+        for key in ("stiffness", *of_both, "modulus_oliver_pharr", "young_oliver_pharr"):
+            found[key]["flow"] = min(motion.flow, 1.0)
     for key, share in of_reach.items():  # derived from the stiffness
         found[key] = {cause: share * part for cause, part in found["stiffness"].items()}
     if ratio is not None:
@@ -268,4 +309,19 @@ def not_measured(motion):
         found += of_area
     if math.hypot(motion.stiffness, motion.area / 2) > limit:
         found += of_both
-    return {key: f"{sentence}; {motion.cure()}" for key in dict.fromkeys(found)}
+    said = {key: f"{sentence}; {motion.cure()}" for key in dict.fromkeys(found)}
+    if motion.flow > limit:
+        said |= {key: flow_sentence(motion) for key in (*of_stiffness, *of_both)}
+    return said
+
+
+def flow_sentence(motion):
+    """Why an unloading of a law that flows says nothing of its modulus, and what to do."""
+    why = "the unloading does not follow a hold of 8 rows or more"
+    if math.isfinite(motion.flow):
+        why = f"creep or relaxation during the unloading is {100 * motion.flow:.2g} % of it"
+    quick = f", in less than {motion.quick:.2g} s" if math.isfinite(motion.quick) else ""
+    return (
+        f"not measured: {why}: the law flows, and the slope is not that of the elastic modulus; hold the tool "
+        f"until load and depth no longer change, then unload faster{quick}"
+    )

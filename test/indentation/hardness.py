@@ -557,6 +557,43 @@ require(
     0 < answer["kinetic_over_returned"] < 0.1 and "recovered in unloading" not in text,
 )
 
+# laws that creep or relax: no modulus from an unloading without a hold, from one whose load still falls in
+# the hold, or where the law relaxes during it; else the rates are a part of the uncertainty
+(h, p), (hb, pb) = inward(400), outward(200)
+for name, fall, times, measured in (
+    ("no_hold", None, 1e-4, False), ("falls", 0.3, 1e-4, False), ("relaxes", 0.0, 3e-7, False),
+    ("still", 0.0, 1e-4, True),
+):  # fmt: skip
+    held = np.zeros(0) if fall is None else np.linspace(0, fall, 60)
+    last = 1 - (held[-1] if held.size else 0.0)
+    curve = np.r_[h, h[-1] + 0 * held, hb], np.r_[p, p[-1] * (1 - held), last * pb]
+    directory = fabricate(name, curve=curve)
+    case = (directory / "case.nml").read_text()
+    words = f"model='maxwell', relaxation_times={times}, shear_ratios=0.5, bulk_ratios=0.5,"
+    relaxing = case.replace("model='j2',", words).replace(", yield_stress=7e8", "")
+    (directory / "case.nml").write_text(relaxing)
+    status, text, answer = run(name)
+    require(
+        f"maxwell, {name}: stiffness and moduli are {'' if measured else 'not '}measured, status {status}",
+        status == 0
+        and all((answer[key] is not None) == measured for key in ("stiffness", "young_true", "modulus_true"))
+        and ("the law flows" in text) != measured
+        and answer["hardness_true"] is not None
+        and re.search(r"E of the scene .* instantaneous", text) is not None,
+        text,
+    )
+    if measured:
+        require(
+            f"maxwell, {name}: what relaxes is in the bar",
+            0 < answer["parts"]["stiffness"]["flow"] < 0.01 * stiffness,
+        )
+    (directory / "case.nml").write_text(case)
+    _, text, answer = run(name)
+    require(
+        f"{name}: the same curve of a law that does not flow",
+        "the law flows" not in text and "flow" not in (answer["parts"].get("stiffness") or {}),
+    )
+
 # few rows: a hold of seven rows whose load falls by 30 %, and none; a way back too short for a fit
 steps = deepest * np.linspace(0, 1, 15)
 few = {
