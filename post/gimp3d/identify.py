@@ -221,6 +221,7 @@ def answer_record(job, problem, answer, said, seconds):
         "sigma_from": {name: list(map(float, part)) for name, part in answer.parts.items()},
         "corrections": [one.corrections for one in problem.observed],
         "noise": [one.noise for one in problem.observed],
+        "depth_noise_m": [one.depth_noise for one in problem.observed],
         "sentences": said,
         "seconds": round(seconds, 1),
         "command": "gimp3d-post identify " + " ".join(job.words),
@@ -265,7 +266,8 @@ def identify(arguments):
         return {"minutes": price.minutes, "predicted_processor_seconds": price.seconds}
     before = planning.spent()
     problem, answer = one.solve()
-    said = words.sentences(answer, [o.tip for o in one.observed])
+    unusual = [sentence for seen in one.observed for sentence in seen.unusual]
+    said = words.sentences(answer, [seen.tip for seen in one.observed], unusual)
     said += advice(one, problem, answer)
     folder = Path(job.settings.get("OUT", "out/identify"))
     folder.mkdir(parents=True, exist_ok=True)

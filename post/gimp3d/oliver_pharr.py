@@ -187,32 +187,52 @@ def depth_noise(depth):
     return float(np.median(np.abs(np.diff(depth, 3)))) / (0.6745 * math.sqrt(20))
 
 
-def find_unloadings(depth):
+def find_unloadings(depth, load=None):
     """The ways back in a record of depth (m), one after the other, those longer than turn_share of the
-    largest depth and than what its scatter does."""
+    largest depth and than what its scatter does. With the load (N): where the scatter of the depth hides
+    ways that long, the ways back are those of the load, by least_fall of its largest."""
     depth = np.asarray(depth, dtype=float)
     noise = depth_noise(depth)
-    least = max(turn_share * max(float(np.max(depth, initial=0.0)), 0.0), noise_turn * noise)
+    largest = max(float(np.max(depth, initial=0.0)), 0.0)
+    if load is not None and noise_turn * noise > turn_share * largest:
+        return _unloadings_of_load(depth, np.asarray(load, dtype=float), noise)
+    found = _ways_back(depth, max(turn_share * largest, noise_turn * noise))
+    return [Unloading(*_hold(depth, top, low, noise), low) for top, low in found if depth[top] > 0]
+
+
+def _ways_back(values, least):
+    """Pairs of rows (top, low) of the ways down in values that are longer than least."""
     found, top, low = [], 0, None
-    for i in range(depth.size):
+    for i in range(values.size):
         if low is None:
-            if depth[i] >= depth[top]:
+            if values[i] >= values[top]:
                 top = i
-            elif depth[top] - depth[i] > least:
+            elif values[top] - values[i] > least:
                 low = i
-        elif depth[i] < depth[low]:
+        elif values[i] < values[low]:
             low = i
-        elif depth[i] - depth[low] > least:
+        elif values[i] - values[low] > least:
             found.append((top, low))
             top, low = i, None
     if low is not None:
         found.append((top, low))
-    unloadings = []
-    for top, low in found:
-        if depth[top] <= 0:
+    return found
+
+
+def _unloadings_of_load(depth, load, noise):
+    """The ways back of the load. A hold is one of the depth, else one of the load."""
+    load_noise = depth_noise(load)
+    found = []
+    for top, low in _ways_back(load, least_fall * float(np.max(load, initial=0.0))):
+        if load[top] <= 0 or depth[top] <= 0:
             continue
-        unloadings.append(Unloading(*_hold(depth, top, low, noise), low))
-    return unloadings
+        at_zero = np.flatnonzero(load[top : low + 1] <= 0)
+        low = top + int(at_zero[0]) if at_zero.size else low
+        first, last = _hold(depth, top, low, noise)
+        if last == first:
+            first, last = _hold(load, top, low, load_noise)
+        found.append(Unloading(first, last, low))
+    return found
 
 
 def _hold(depth, top, low, noise):
@@ -233,6 +253,13 @@ def _hold(depth, top, low, noise):
         level = np.flatnonzero(depth[first : last + 1] >= middle - 2 * noise)
         first, last = first + int(level[0]), first + int(level[-1])
     return first, last
+
+
+def end_of(values):
+    """The last of some values, by a straight line where there are enough."""
+    if values.size < hold_rows:
+        return float(values.mean())
+    return float(np.polyval(np.polyfit(np.arange(values.size), values, 1), values.size - 1))
 
 
 @dataclass
@@ -434,7 +461,7 @@ def analyse_unloading(
     held = depth[unloading.hold : unloading.start + 1]
     noise = depth_noise(depth)
     noisy = noise_band * noise > hold_share * (held.max() - depth[unloading.end])
-    top_depth = float(held[held.size // 2 :].mean() if noisy else held.max())
+    top_depth = end_of(held[held.size // 2 :]) if noisy else float(held.max())
     fit = fit_unloading(h, p, shares, top=top_depth)
     others = []
     for low, high in other_windows:
@@ -520,11 +547,11 @@ def analyse_unloading(
 # ---- loading and work ----
 
 
-def virgin_rows(depth, until):
-    """Rows up to `until` in which the depth is larger than ever before, and above 0. Where depths scatter,
-    larger but for that: the rows that are so by their scatter would be too deep."""
+def virgin_rows(depth, until, swing=0.0):
+    """Rows up to `until` in which the depth is larger than ever before, and above 0. Where depths scatter, or
+    swing by so much (m), larger but for that: the rows that are so by their scatter would be too deep."""
     deepest = np.r_[-np.inf, np.maximum.accumulate(depth[:until])]
-    scatter = noise_band * depth_noise(depth)
+    scatter = max(noise_band * depth_noise(depth), swing)
     if scatter > hold_share * np.max(depth, initial=0.0):
         deepest -= scatter
     return np.flatnonzero((depth[: until + 1] > deepest) & (depth[: until + 1] > 0))

@@ -86,8 +86,13 @@ def describe(direction, law):
     return ", ".join(parts)
 
 
-def sentences(answer, tips):
-    """The parameters that the data determine, and those that they do not."""
+def sentences(answer, tips, unusual=()):
+    """The parameters that the data determine, and those that they do not; `unusual`: what the curves
+    themselves do not fit."""
+    return findings(answer, tips) + list(unusual) + misfit(answer)
+
+
+def findings(answer, tips):
     said = []
     inside = answer.intervals
     names = " and ".join(dict.fromkeys(tip.title for tip in tips))
@@ -96,7 +101,7 @@ def sentences(answer, tips):
             f"The data ({names}) determine E* within {percent(half_width(inside['modulus']))} "
             f"({100 * LEVEL:.0f} % interval)."
         )
-        return said + misfit(answer)
+        return said
     stress = half_width(inside["stress_best"])
     where = f"{100 * answer.strain:.2g} % plastic strain" if answer.strain > 0 else "initial yield"
     said.append(
@@ -132,7 +137,7 @@ def sentences(answer, tips):
             f"Combination that is not determined: {describe(one, answer.law)} (standard deviation "
             f"{percent(one.sigma)} of the stress; singular value {1 / one.sigma:.3g})."
         )
-    return said + misfit(answer)
+    return said
 
 
 def misfit(answer):
