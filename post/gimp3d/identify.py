@@ -10,8 +10,8 @@
  LAW        power (default; also j2), ludwik, voce: E*, yield stress, hardening; elastic: E*
  PARAMETERS free parameters; the others of the law must be in FIX. Default: all
  FIX        known parameters: young=66.8e9:0.02 (relative uncertainty), yield_stress=..., ...
- FREE       zero, compliance, drift: fitted with the material
- NOISE      noise of the load, per cent of the largest load; default: the scatter of the rows
+ FREE       zero, compliance, drift (requires times): fitted with the material
+ NOISE      noise of the load that the fit begins with, per cent of the largest load
  POISSON    Poisson's ratio of the material (0.3); TIP_YOUNG (Pa; rigid), TIP_POISSON (0.07)
  CACHE      folder of the runs (out/identify/cache); SHIPPED=no: without the runs of the package
  INTERVALS  profile (default: profile likelihood) or emcee (Markov chains; requires the package emcee)

@@ -8,9 +8,9 @@ and k is what depths follow loads by, as where a compliance was taken off with t
 order the residual of a row is a e_load - b e_depth, so that its variance is (a + k b)^2 var e + b^2 var d; a
 and b are slopes of the curve. Residuals over the root of that are their distances from the curve, in sigmas
 (Deming's fit): a and b are those of the curve that is tried, for with held ones a curve would gain by small
-slopes, which make residuals small. The three numbers of the noise are held in a fit. They follow from third
-differences of the residuals of the fit before it, which a smooth curve hardly has, by their likelihood, the
-logarithms of the variances included."""
+slopes, which make residuals small. The three numbers of the noise are held in a fit. They follow from
+differences of neighbouring residuals of the fit before it, which a smooth curve hardly has, by their
+likelihood, the logarithms of the variances included."""
 
 from dataclasses import dataclass, field, replace
 
