@@ -70,6 +70,7 @@ contains
       candidates%pressure = level%table%column('contact_pressure')
       candidates%earlier = level%table%column('last_contact_pressure')
       candidates%carried = level%table%column('contact_gap')
+      candidates%slots = [0, 1]
       allocate (candidates%list(4))
       call candidates%find(tools, level, materials, time_step, overlap)
       allocate (listed(maxval([(level%blocks(b)%particles%count, b=1, size(level%blocks))]), &
