@@ -47,7 +47,7 @@ module m_contact_area
    real(wp), parameter :: stride = 1.0_wp/64.0_wp !< of the line back from a point: least step along it
    integer, parameter :: per_edge = 4       !< the area is counted in squares of 1/4 edge
    real(wp), parameter :: max_square = 4.0e6_wp
-   real(wp), parameter :: rounding = 1.0e-6_wp !< squares: a part that needs no further one
+   real(wp), parameter :: rounding = 1.0e-6_wp !< squares
    integer, parameter :: point_reals = storage_size(surface_point_t())/storage_size(1.0_wp)
 
 contains
@@ -421,7 +421,7 @@ contains
       low = [minval(points%place(1), mask=in_contact), minval(points%place(2), mask=in_contact)] - edge
       high = [maxval(points%place(1), mask=in_contact), maxval(points%place(2), mask=in_contact)] + edge
       width = max(edge/per_edge, sqrt(product(high - low)/max_square))
-      squares_along = ceiling((high - low)/width - rounding)
+      squares_along = nint((high - low)/width - rounding) ! beyond the faces there is half an edge to spare
       low = 0.5_wp*(low + high - width*squares_along) ! centred: they turn with the points
       allocate (covered(0:squares_along(1) - 1))
       counted = 0.0_wp
