@@ -1,4 +1,5 @@
 #!/bin/bash
+#test: long
 #test: beside
 #test: limit 120
 # Displacement, strain and deformation gradient of particles beside exact motions (displacement.py): a body that turns once about, one
