@@ -18,7 +18,7 @@ module m_pressure
    use m_block, only: block_t
    use m_level, only: level_t
    use m_stencil, only: bin_place
-   use m_face_weights, only: face_weights_t, fit_share, weigh
+   use m_face_weights, only: face_weights_t, fit_share, weigh, add_to_nodes
    use m_half_edges, only: fitted_edges
    use m_carried_face, only: carry_faces, carried_area, area_before
    use m_effect, only: effect_t, hooks_t
@@ -332,19 +332,7 @@ contains
       type(grid_level_t), intent(in) :: grid
       real(wp), intent(in) :: force(3) !< N
       real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
-      type(face_weights_t) :: face
-      integer :: i, j, k
-      face = self%face_of(block, p, layout, grid)
-      do k = 0, face%last
-         do j = 0, face%last
-            do i = 0, face%last
-               associate (at => tile(f_x:f_z, face%corner(1) + 1 + i, face%corner(2) + 1 + j, &
-                                     face%corner(3) + 1 + k))
-                  at = at + face%weight(i, j, k)*force
-               end associate
-            end do
-         end do
-      end do
+      call add_to_nodes(self%face_of(block, p, layout, grid), force, tile(f_x:f_z, :, :, :))
    end subroutine push
 
    !> Weights of the nodes on the share of a particle.

@@ -3,7 +3,7 @@
 module m_follower_loads
    use m_kinds, only: wp
    use m_node_values, only: f_x, f_z
-   use m_face_weights, only: face_weights_t
+   use m_face_weights, only: face_weights_t, add_to_nodes
    use m_level, only: level_t
    use m_effect, only: effect_slot_t
    use m_effect_step, only: effect_step_t
@@ -94,8 +94,9 @@ contains
       integer :: n
       do n = 1, size(self%list)
          associate (it => self%list(n), p => self%list(n)%particle)
-            call scatter(it%face, force_of(self, effects, it, column(p, :), gradient(p, :)) - it%before, &
-                         forces)
+            call add_to_nodes(it%face, &
+                              force_of(self, effects, it, column(p, :), gradient(p, :)) - it%before, &
+                              forces(f_x:f_z, :, :, :))
          end associate
       end do
    end subroutine add_changes
@@ -137,27 +138,10 @@ contains
       integer :: n
       do n = 1, size(self%list)
          associate (it => self%list(n))
-            call scatter(it%face, -matmul(it%slopes, gradient(it%particle, :)), forces)
+            call add_to_nodes(it%face, -matmul(it%slopes, gradient(it%particle, :)), &
+                              forces(f_x:f_z, :, :, :))
          end associate
       end do
    end subroutine multiply
-
-   !> Add a force by the weights of a face.
-   pure subroutine scatter(face, force, tile)
-      type(face_weights_t), intent(in) :: face
-      real(wp), intent(in) :: force(3)
-      real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
-      integer :: i, j, k
-      do k = 0, face%last
-         do j = 0, face%last
-            do i = 0, face%last
-               associate (at => tile(f_x:f_z, face%corner(1) + 1 + i, face%corner(2) + 1 + j, &
-                                     face%corner(3) + 1 + k))
-                  at = at + face%weight(i, j, k)*force
-               end associate
-            end do
-         end do
-      end do
-   end subroutine scatter
 
 end module m_follower_loads

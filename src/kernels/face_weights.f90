@@ -6,7 +6,8 @@ module m_face_weights
    use m_stencil, only: hat_weights, gimp_weights
    implicit none
    private
-   public :: face_weights_t, find_face, fit_share, cube_span, weigh_point, weigh_face, weigh, mix, flattening
+   public :: face_weights_t, find_face, fit_share, cube_span, weigh_point, weigh_face, weigh, mix, &
+             add_to_nodes, flattening
 
    real(wp), parameter :: small_domain = 0.3_wp !< half edges of small cubes, in cells
    real(wp), parameter :: hair = 1.0e-9_wp      !< cells: a face beyond a plane of nodes by less counts as on
@@ -236,5 +237,23 @@ contains
          end do
       end do
    end subroutine add_product
+
+   !> Add a force on a face to the nodes, by its weights.
+   pure subroutine add_to_nodes(face, force, tile)
+      type(face_weights_t), intent(in) :: face
+      real(wp), intent(in) :: force(3) !< N
+      real(wp), intent(inout) :: tile(:, 0:, 0:, 0:) !< (3, nodes of a block and around it), N
+      integer :: i, j, k
+      do k = 0, face%last
+         do j = 0, face%last
+            do i = 0, face%last
+               associate (at => tile(:, face%corner(1) + 1 + i, face%corner(2) + 1 + j, &
+                                     face%corner(3) + 1 + k))
+                  at = at + face%weight(i, j, k)*force
+               end associate
+            end do
+         end do
+      end do
+   end subroutine add_to_nodes
 
 end module m_face_weights
