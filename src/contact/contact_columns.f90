@@ -54,20 +54,16 @@ contains
       self%deflected = table%column('contact_deflection')
    end subroutine declare_sheets
 
-   !> Pressure (1) and friction (2 to 4) of a point in the last step, Pa.
+   !> Pressure (1) and friction (2 to 4) of a point in the last step, Pa; where some steps are implicit.
    pure function before_of(self, column, c) result(before)
       class(contact_columns_t), intent(in) :: self
       real(wp), intent(in) :: column(:) !< of the particle
       type(candidate_t), intent(in) :: c
       real(wp) :: before(4)
       before = 0.0_wp
-      if (self%own > 0) then
-         before(:self%own_width) = column(self%own + self%own_width*c%slot: &
-                                          self%own + self%own_width*(c%slot + 1) - 1)
-      else
-         before(1) = column(self%pressure)
-         if (self%traction > 0) before(2:) = column(self%traction:self%traction + 2)
-      end if
+      associate (first => self%own + self%own_width*c%slot)
+         before(:self%own_width) = column(first:first + self%own_width - 1)
+      end associate
    end function before_of
 
    !> Keep pressure and friction of a point, where points have their own.

@@ -36,6 +36,7 @@ module m_closed_surface
       type(cell_t), allocatable, private :: cell(:, :, :)
    contains
       procedure :: build
+      procedure :: divide
       procedure :: distance_and_normal
       procedure :: distance_within
       procedure :: sheet_within
@@ -60,8 +61,6 @@ contains
       integer :: i, j, k
       self%triangles = triangles
       call self%tree%build(triangles)
-      self%sheets = find_sheets(triangles)
-      if (self%sheets%count > 1) self%tree%sheet = self%sheets%of(self%tree%number)
       call triangles%bounds(self%lower, self%upper)
       wanted = min(cell_limit, max(min_cells, cells_a_triangle*triangles%count()))
       self%edge = (product(self%upper - self%lower)/wanted)**(1.0_wp/3.0_wp)
@@ -93,6 +92,13 @@ contains
       end do
    end subroutine build
 
+   !> Find the sheets of a tool's surface.
+   subroutine divide(self)
+      class(closed_surface_t), intent(inout) :: self
+      self%sheets = find_sheets(self%triangles)
+      if (self%sheets%count > 1) self%tree%sheet = self%sheets%of(self%tree%number)
+   end subroutine divide
+
    !> Signed distance (m), and the outward unit normal of the surface at its nearest point: at edges and
    !> corners the direction from there to the point, reversed if inside.
    pure subroutine distance_and_normal(self, place, distance, normal)
@@ -109,10 +115,11 @@ contains
 
    !> The same for a point nearer to the surface than `limit`; else a bound of the distance, of the same sign
    !> and not below the limit in size, without a normal. This takes no search or a short one.
-   pure subroutine distance_within(self, place, limit, distance, normal)
+   pure subroutine distance_within(self, place, limit, distance, normal, nearest)
       class(closed_surface_t), intent(in) :: self
       real(wp), intent(in) :: place(3), limit !< m
       real(wp), intent(out) :: distance, normal(3)
+      type(foot_t), intent(out), optional :: nearest !< without a place where the distance is a bound
       type(foot_t) :: foot
       real(wp) :: least, most
       integer :: at(3)
@@ -134,9 +141,12 @@ contains
          else if (most < limit) then
             distance = -limit
          else
-            call self%distance_and_normal(place, distance, normal)
+            foot = foot_t()
+            call self%tree%nearest(place, foot)
+            call self%judge(foot, distance, normal)
          end if
       end if
+      if (present(nearest)) nearest = foot
    end subroutine distance_within
 
    !> The distance below `limit` and the normal of a face of a sheet that a point is in front of; at least
@@ -148,19 +158,16 @@ contains
       integer, intent(in) :: sheet
       real(wp), intent(out) :: distance, normal(3)
       type(foot_t) :: foot
-      call self%distance_within(place, limit, distance, normal)
+      call self%distance_within(place, limit, distance, normal, foot)
       if (distance >= limit) return
-      if (distance > -limit) then
-         foot%squared = limit**2
-         call self%tree%nearest(place, foot)
-      else ! far inside
+      if (foot%place == 0) then ! far inside
+         foot = foot_t()
          call self%tree%nearest(place, foot)
          call self%judge(foot, distance, normal)
       end if
       if (self%sheet_at(foot) == sheet) return
       if (distance >= 0.0_wp) then
-         foot = foot_t()
-         foot%squared = limit**2
+         foot = foot_t(squared=limit**2)
          call self%tree%nearest(place, foot, sheet)
          if (foot%place > 0) then
             call self%judge(foot, distance, normal)

@@ -127,6 +127,7 @@ contains
       if (fault /= '') return
       allocate (self%inside_of) ! the old target belongs to copies
       call self%inside_of%build(triangles)
+      if (self%of_tool) call self%inside_of%divide()
    end subroutine load
 
    !> A closed surface of welded corners. Corners whose round-off leaves gaps are joined.

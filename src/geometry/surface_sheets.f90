@@ -11,7 +11,8 @@ module m_surface_sheets
    real(wp), parameter :: sharp = 0.906_wp !< cosine of the smallest turn of the normal at a sharp edge, 25
                                            !< degrees
    real(wp), parameter :: small_face = 1.0e-3_wp !< of the whole area: a smaller face is roughness
-   integer, parameter :: max_sheets = 8
+   integer, parameter :: max_sheets = 8 !< a face that meets so many others shares the last one: each costs a
+                                        !< column a particle, and three faces meet in a corner
 
    type :: sheets_t
       integer :: count = 1
