@@ -4,9 +4,9 @@ module m_closing_summary
    use m_errors, only: error_t, fail
    use m_constants, only: program_version
    use m_text, only: to_text, exact_text, si, duration
+   use m_domain_kinds, only: domain_kinds
    use m_scene, only: scene_t, update_usf
    use m_side_kinds, only: side_kinds
-   use m_domain_kinds, only: domain_kinds
    use m_decomposition, only: all_owners
    use m_remedies, only: remedy
    use m_model, only: model_t
@@ -302,9 +302,9 @@ contains
                               'inaccurate by as much; '//remedy(scene, model))
             else
                call facts%say('WARNING: work of effects differs from that on the particles they act on: '// &
-                              'a pressure acts in the direction that a face has at the start of a step, '// &
-                              'and nodes with almost no mass move apart; motion and stress are '// &
-                              'inaccurate by as much; try a smaller step and max_step; '// &
+                              'faces turn or stretch much within a step, or nodes with almost no mass '// &
+                              'move apart; motion and stress are inaccurate by as much; try a smaller '// &
+                              'step and max_step; '// &
                               remedy(scene, model))
             end if
          end if

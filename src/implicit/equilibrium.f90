@@ -110,7 +110,7 @@ contains
                                                   ! (Eisenstat and Walker)
             if (self%newton > 1 .and. residual < before) &
                share = max(rough, min(roughest, 0.9_wp*(residual/before)**2))
-            call system%linearise(loads=system%model%step > 0)
+            call system%linearise(with_loads=system%model%step > 0)
             call self%linear%improve(system, force, self%left, share, enough*tolerance*system%scale, change)
             if (self%linear%stopped .or. system%is_called_off()) then
                self%outcome = merge(called_off, not_held, system%asked > 0)

@@ -241,11 +241,11 @@ contains
       end associate
    end subroutine evaluate
 
-   !> Collective: tangents and diagonal at the last evaluated displacements. Without the stiffness of `loads`
-   !> K is symmetric, and conjugate gradients find out whether bodies are held: in the first step of a run.
-   subroutine linearise(self, loads)
+   !> Collective: tangents and diagonal at the last evaluated displacements. Without the stiffness of loads K
+   !> is symmetric, and conjugate gradients find out whether bodies are held: in the first step of a run.
+   subroutine linearise(self, with_loads)
       class(static_system_t), intent(inout) :: self
-      logical, intent(in) :: loads
+      logical, intent(in) :: with_loads
       real(wp) :: most !< of the loads' stiffness, relative to that of a cell
       integer :: b, l
       call self%model%timers%enter(self%residual_row)
@@ -259,7 +259,7 @@ contains
                   if (n == 0) cycle
                   call trial%linearise(block%particles, model%materials, level%layout, self%time_step)
                   call trial%diagonal(n, self%work)
-                  if (loads) call self%levels(l)%followers(b)%linearise( &
+                  if (with_loads) call self%levels(l)%followers(b)%linearise( &
                      model%effects, block%particles%column, trial%gradient)
                   most = max(most, self%levels(l)%followers(b)%stiffness()/level%grid%cell**2)
                   call p2g_diagonal(block%cells, block%particles%column, level%layout, &

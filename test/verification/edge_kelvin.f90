@@ -127,7 +127,7 @@ contains
       call know(system, model, poisson, shift, exact, held, bears)
       allocate (z(system%size()), left(system%size()), source=0.0_wp)
       call system%evaluate(z, left, verdict)
-      call system%linearise(loads=.true.)
+      call system%linearise(with_loads=.true.)
       load = merge(-forces_of_exact(system, model, poisson), 0.0_wp, bears)
       call conjugate_gradients(system, merge(exact, 0.0_wp, held), held, load, z)
       call system%evaluate(z, left, verdict)
