@@ -19,8 +19,8 @@ def hardness_sections(report):
     for path in sorted(report.directory.glob("hardness*.json")):
         if not report.is_of_run(path):
             report.problems.append(
-                f"{path.name} is older than the run: it is of an earlier one, and is not shown; make hardness "
-                "makes that of this run"
+                f"{path.name} is older than the run: it is of an earlier one, and is not shown; make "
+                "hardness makes that of this run"
             )
             continue
         answer = report.read(path.name, lambda path: json.loads(path.read_text()))

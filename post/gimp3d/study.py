@@ -159,8 +159,8 @@ class Comparison:
         )
         if self.scale == 0.0:
             raise BadSetting(
-                f"quantity {quantity.name}: {self.name} is 0 wherever it is compared, so that no error in per "
-                "cent of it can be had"
+                f"quantity {quantity.name}: {self.name} is 0 wherever it is compared, so that no error in "
+                "per cent of it can be had"
             )
         self.errors = {run: self.error(run) for run in self.good}
         self.balances = {run: quantities.worst_balance(run) for run in self.good}

@@ -61,7 +61,8 @@ class Motion:
     waves during the unloading, over the largest load; drift: extrapolated change of the load during the
     unloading, over the largest load; flow: rates of depth and load at the end of the hold over those of the
     unloading, or the share of the stress that relaxes during the fitted rows, of laws that creep or relax
-    (infinite without a hold); quick: duration (s) of an unloading that leaves no time to relax; speeds (m/s) of loading and unloading, and those that are low enough."""
+    (infinite without a hold); quick: duration (s) of an unloading that leaves no time to relax; speeds (m/s)
+    of loading and unloading, and those that are low enough."""
 
     stop: float = 0.0
     noise: float = 0.0
@@ -322,6 +323,6 @@ def flow_sentence(motion):
         why = f"creep or relaxation during the unloading is {100 * motion.flow:.2g} % of it"
     quick = f", in less than {motion.quick:.2g} s" if math.isfinite(motion.quick) else ""
     return (
-        f"not measured: {why}: the law flows, and the slope is not that of the elastic modulus; hold the tool "
-        f"until load and depth no longer change, then unload faster{quick}"
+        f"not measured: {why}: the law flows, and the slope is not that of the elastic modulus; hold the "
+        f"tool until load and depth no longer change, then unload faster{quick}"
     )

@@ -1,8 +1,8 @@
-"""Dies from files whose faces meet at sharp concave edges: metal confined in one file presses as in one file a
-face, and by the law; in explicit and quasi-static steps, with friction, and in a cavity of three faces. In
-quasi-static steps a particle under two tools began each step with the pressure of both at each: the energy was
-2.8 % off, and in steps a fifth as long 16 %, the load 8 % too high. usage: concave.py (in an empty directory;
-GIMP3D is the program)"""
+"""Dies from files whose faces meet at sharp concave edges: metal confined in one file presses as in one
+file a face, and by the law; in explicit and quasi-static steps, with friction, and in a cavity of three
+faces. In quasi-static steps a particle under two tools began each step with the pressure of both at each:
+the energy was 2.8 % off, and in steps a fifth as long 16 %, the load 8 % too high. usage: concave.py (in
+an empty directory; GIMP3D is the program)"""
 
 from pathlib import Path
 

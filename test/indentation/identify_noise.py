@@ -1,7 +1,7 @@
-"""Curves of a known truth with noise of the load, of the depth, of both, and of depths from which a compliance
-was taken off with the measured load; with what is FREE in them. One sigma and 90 % intervals hold the truth
-as often as they say, within what the number of curves tells. Negative control: all noise taken as the load's.
-usage: identify_noise.py CURVES [long]"""
+"""Curves of a known truth with noise of the load, of the depth, of both, and of depths from which a
+compliance was taken off with the measured load; with what is FREE in them. One sigma and 90 % intervals
+hold the truth as often as they say, within what the number of curves tells. Negative control: all noise
+taken as the load's. usage: identify_noise.py CURVES [long]"""
 
 import itertools
 import sys

@@ -28,9 +28,10 @@ def material(law, more=""):
 
 
 def patch():
-    """A block whose faces lie inside cells, between rollers, under a pressure of a third of its modulus, in few
-    steps and in many: its stress is that everywhere, whatever the domains do, though the particles cross cells.
-    With loads that follow by corrections after each step short waves grew on the pressed face (1.8e-3)."""
+    """A block whose faces lie inside cells, between rollers, under a pressure of a third of its modulus,
+    in few steps and in many: its stress is that everywhere, whatever the domains do, though the
+    particles cross cells. With loads that follow by corrections after each step short waves grew on
+    the pressed face (1.8e-3)."""
     for domain, step in (("stretch", 0.1), ("stretch", 0.025), ("corners", 0.1), ("corners", 0.025)):
         text = (
             "&scene title='patch', end_time=1 /\n"
@@ -40,7 +41,8 @@ def patch():
             + "&body material='soft', shape='box', lower=0,0,0, upper=0.35,0.35,0.65 /\n"
             "&pressure lower=0,0,0.65, upper=0.35,0.35,0.65, times=0,1, values=0,300 /\n"
             f"&time domain='{domain}' /\n"
-            f"&quasi_static step={step}, max_step={step}, tolerance=1e-9 /\n&output directory='patch_{domain}_{step}' /\n"
+            f"&quasi_static step={step}, max_step={step}, tolerance=1e-9 /\n"
+            f"&output directory='patch_{domain}_{step}' /\n"
         )
         run(text, 1)
         stress = last_particles(f"patch_{domain}_{step}")["stress"]
@@ -52,8 +54,8 @@ def patch():
 
 
 def rubber(poisson):
-    """Shear and bulk modulus, and the stresses along the axis and across it of eq. neo-hookean by the stretches
-    along it, across it, and across both."""
+    """Shear and bulk modulus, and the stresses along the axis and across it of eq. neo-hookean by the
+    stretches along it, across it, and across both."""
     shear, bulk = YOUNG / 2 / (1 + poisson), YOUNG / 3 / (1 - 2 * poisson)
 
     def stresses(*stretches):
@@ -66,10 +68,10 @@ def rubber(poisson):
 
 
 def followed():
-    """Rubber under a pressure or a pull on its end, up to its modulus, in steps of 0.1 and 0.01 of the load: the
-    stress is minus the pressure, on the end as it is at the step's end, and the height that of the law. With
-    one correction of the area after each step the stress was 0.2 to 1.6 % off, and 100 steps ended with
-    status 3 at 0.29 of the modulus."""
+    """Rubber under a pressure or a pull on its end, up to its modulus, in steps of 0.1 and 0.01 of the
+    load: the stress is minus the pressure, on the end as it is at the step's end, and the height that
+    of the law. With one correction of the area after each step the stress was 0.2 to 1.6 % off, and
+    100 steps ended with status 3 at 0.29 of the modulus."""
     for share, poisson, step, work in (
         (0.1, 0.45, 0.1, 0.01),
         (0.2, 0.45, 0.1, 0.01),
@@ -103,8 +105,8 @@ def followed():
 
 
 def squeezed():
-    """A ball of rubber under a pressure of half its modulus on all of its cut surface: by K (J - 1) = -p it keeps
-    0.4 of its volume. With areas that lag it ended with status 3 at 0.62 of that pressure."""
+    """A ball of rubber under a pressure of half its modulus on all of its cut surface: by K (J - 1) = -p
+    it keeps 0.4 of its volume. With areas that lag it ended with status 3 at 0.62 of that pressure."""
     text = (
         "&scene title='squeezed', end_time=1 /\n"
         "&grid lower=0,0,0, upper=1.5,1.5,1.5, cell_size=0.25, "
@@ -122,9 +124,10 @@ def squeezed():
 
 
 def inflated():
-    """A thick tube of rubber, held along its axis, whose bore grows by a quarter under a pressure of a tenth of
-    the modulus: radii by the law and the equilibrium of rings. The pressed area follows with the particles'
-    gradients: of first order in the cell (with areas of each step's beginning 2.3 and 1.3 % off)."""
+    """A thick tube of rubber, held along its axis, whose bore grows by a quarter under a pressure of a
+    tenth of the modulus: radii by the law and the equilibrium of rings. The pressed area follows with
+    the particles' gradients: of first order in the cell (with areas of each step's beginning 2.3 and
+    1.3 % off)."""
     inner, outer, pressure = 4.0, 8.0, 0.1 * YOUNG
     law = rubber(0.3)
 

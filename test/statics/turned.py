@@ -1,5 +1,5 @@
-"""Quasi-static steps of one scene along three axes of the grid: the ghost penalty's modulus must turn with the
-scene (theory.md, eq. ghost-modulus). usage: turned.py (in an empty directory; GIMP3D is the program)"""
+"""Quasi-static steps of one scene along three axes of the grid: the ghost penalty's modulus must turn with
+the scene (theory.md, eq. ghost-modulus). usage: turned.py (in an empty directory; GIMP3D is the program)"""
 
 import numpy as np
 
@@ -24,11 +24,13 @@ def scene(law, name, axes):
     size = np.multiply(CELL, [2, 3, 2]).tolist()
     return f"""&scene title='{name}', end_time={END} /
 &time domain='stretch' /
-&grid lower={listed([-0.5, -0.5, 0.0])}, upper={listed([1.0, 1.0, 1.0])}, cell_size={CELL}, boundary={boundary} /
+&grid lower={listed([-0.5, -0.5, 0.0])}, upper={listed([1.0, 1.0, 1.0])}, cell_size={CELL},
+      boundary={boundary} /
 &material name='m', density=1000, model='{law}', young={YOUNG}, poisson=0.3, {LAWS[law]} /
 &body material='m', shape='box', lower=0,0,0, upper={listed(size)} /
 &anti_locking kind='none' /
-&pressure lower={listed([0.0, 0.0, size[2]])}, upper={listed(size)}, times=0,0.3, values=0,1e4, traction={listed([1.0, 0.5, 0.2])} /
+&pressure lower={listed([0.0, 0.0, size[2]])}, upper={listed(size)}, times=0,0.3, values=0,1e4,
+          traction={listed([1.0, 0.5, 0.2])} /
 &quasi_static step=0.1, max_step=0.1, tolerance=1e-10 /
 &output directory='{name}', formats='none', history_every=0.05 /
 """

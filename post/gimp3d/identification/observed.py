@@ -101,8 +101,8 @@ def check_order(curve):
     ) * oliver_pharr.depth_noise(curve.load)
     if done < -0.02 * size - 3 * scatter:
         raise measured.Unreadable(
-            f"{curve.name}: the tool gets back more work than it has done ({1e9 * done:.3g} nJ are left): the "
-            "rows are not in the order in which they were measured; sort them by their time"
+            f"{curve.name}: the tool gets back more work than it has done ({1e9 * done:.3g} nJ are left): "
+            "the rows are not in the order in which they were measured; sort them by their time"
         )
 
 
@@ -193,11 +193,11 @@ class Noise:
 
     @staticmethod
     def of_differences(parts, curve, before=None):
-        """The Noise of parts (residual, of_load, of_depth) of a curve by differences of neighbouring
-        residuals, which a smooth curve hardly has: the likelihood of an exponential distribution of their
-        sizes, which jumps hardly change. Loads and depths scatter no more than their own third differences do
-        (curve.scatter), and where the motion is smooth as much, and follow each other so; it need not be, so
-        that the latter counts by the tails of a Cauchy distribution. before: the Noise of the sweep before."""
+        """The Noise of parts (residual, of_load, of_depth) of a curve, from differences of neighbouring
+        residuals. A smooth curve has hardly any; their sizes follow an exponential distribution, on which
+        single jumps have little effect. The third differences of load and depth (curve.scatter) are upper
+        bounds. Where the motion is smooth they are also estimates; it may not be, so they enter with a Cauchy
+        distribution, whose tails allow smaller values. before: the Noise of the sweep before."""
         load, depth = curve.load, curve.top
         apart, of_load, of_depth = (
             np.concatenate([0.5 * (one[k][1:] + one[k][:-1]) if k else np.diff(one[0]) for one in parts])
