@@ -1,4 +1,5 @@
 #!/bin/sh
+#test: long
 #test: beside
 #test: limit 120
 # Pressures of particles beside the edge of a level, nearly incompressible.
